@@ -29,7 +29,7 @@ const addWebm = (page) => page.evaluate(() => {
 export async function giveFilm(page, selector, { name = "swing.webm", film = FILM } = {}) {
   await addWebm(page);
   return page.evaluate(async ([made, called, to]) => {
-    const { width, height, scale, pivot, length, damping, theta, gap, count, ball } = made;
+    const { width, height, scale, pivot, length, damping, theta, gap, count, ball, tone = "#d3271d" } = made;
     const times = Array.from({ length: count }, (_, i) => i * gap / 1000);
     const { phi } = await pendulumd.client.trajectory({ pendulum: { length: [length], mass: [1], parent: [0], damping: [damping] },
       initial: { theta: [theta], unit: "deg" }, times, output: ["phi"] });
@@ -45,7 +45,7 @@ export async function giveFilm(page, selector, { name = "swing.webm", film = FIL
       paper.strokeStyle = "#333"; paper.lineWidth = 3;
       paper.beginPath(); paper.moveTo(...pivot); paper.lineTo(x, y); paper.stroke();
       disc(...pivot, 5, "#111");
-      disc(x, y, ball, "#d3271d");
+      disc(x, y, ball, tone);
     };
     const clusters = [];
     const encoder = new VideoEncoder({

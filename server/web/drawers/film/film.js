@@ -1,21 +1,21 @@
 // A film of one's own pendulum: chosen or dropped, its scale and pivot marked, its tips marked by
 // hand or by their colour; the marks as a table and as a fit; the film behind the motion.
-// Leaves to others: pictures (film_frames.js), marks (film_marks.js), colours (film_colour.js),
+// Leaves to others: pictures (film_frames.js), marks (film_marks.js), tracking (film_pattern.js),
 // marking (film_layer.js), the film behind the stage (film_behind.js), fits (fits.js).
 // Invariant: the film stays in this browser; each mark is kept at once, and found again when the
 // same film is chosen.
 
 import { createBag, h } from "../../dom.js";
 import { createBehind } from "./film_behind.js";
-import { followColour, pickColour } from "./film_colour.js";
 import { dropping, openFilm, pictureOf, seek, step } from "./film_frames.js";
+import { TRACKERS } from "./film_pattern.js";
 import { createLayer } from "./film_layer.js";
 import * as marking from "./film_marks.js";
-import { button, choice, save, tick } from "../kit/kit.js";
+import { button, choice, save } from "../kit/kit.js";
 import { openMeasurements } from "../fits/measurements.js";
 import { MARKS, ownMarks } from "../kit/table_file.js";
 
-const LOST = 12; // pictures in a row without the colour end the search
+const LOST = 12; // pictures in a row without it end the search
 const TOLERANCE = 40; // of colours, of 255
 
 /** @typedef {import("./film_marks.js").Marks} Marks */
@@ -28,7 +28,7 @@ const TOLERANCE = 40; // of colours, of 255
  *   app: App, film: import("./film_frames.js").Film | null, marks: Marks | null, tool: string,
  *   layer: ReturnType<typeof createLayer> | null, back: ReturnType<typeof createBehind> | null,
  *   wanted: File | null, shown: File | null, tolerance: number, search: AbortController | null,
- *   told: string, handed: string, camera: FitCamera | null, form: string, lookingFor: boolean,
+ *   told: string, handed: string, camera: FitCamera | null, form: string, track: string,
  * }} View
  */
 
@@ -54,8 +54,9 @@ function say({ app, status, layer }, words) {
 
 /** What can be marked, in its order. @param {View} view */
 const toolsOf = ({ app }) => [
-  ...["one", "two", "pivot", "below"],
+  ...["one", "two", "pivot"],
   ...app.store.get().pendulum.length.map((_, k) => String(k + 1)),
+  "below", // where the camera is not upright
 ];
 
 /** @param {Text} text @param {string} tool */
@@ -202,15 +203,16 @@ async function go(view, way) {
 }
 
 /**
- * Follows a colour from a spot to the end of the film.
+ * Tracks what is at a spot to the end of the film.
  * @param {View} view @param {number} arm @param {number[]} spot
  */
 async function followFrom(view, arm, [x, y]) {
   const { app, film, marks } = view;
   if (!film || !marks) return;
   const { text } = app;
-  const begun = pickColour(pictureOf(film), x, y, view.tolerance);
-  if (!begun) return say(view, text("film.noColour"));
+  const { pick, follow } = TRACKERS[view.track];
+  const begun = pick(pictureOf(film), x, y, view.tolerance);
+  if (!begun) return say(view, text("film.none"));
   const stop = new AbortController();
   view.search = stop;
   let { found } = begun;
@@ -223,7 +225,7 @@ async function followFrom(view, arm, [x, y]) {
       const twin = film.twin >= 0;
       if (twin) [vx, vy, count] = [vx / 2, vy / 2, count - 1];
       const near = twin ? found : { x: found.x + vx, y: found.y + vy };
-      const next = followColour(pictureOf(film), begun.wanted, near);
+      const next = follow(pictureOf(film), begun.wanted, near);
       if (next) {
         if (!twin) [vx, vy] = lost ? [0, 0] : [next.x - found.x, next.y - found.y];
         found = next;
@@ -241,8 +243,8 @@ async function followFrom(view, arm, [x, y]) {
 
 /** What is marked after a tool. @param {View} view */
 function nextTool(view) {
-  const tools = toolsOf(view);
-  return tools[tools.indexOf(view.tool) + 1];
+  const tools = toolsOf(view).slice(0, -1);
+  return view.tool === "below" ? "1" : tools[tools.indexOf(view.tool) + 1];
 }
 
 /** A mark, where the cross is. @param {View} view @param {number[]} spot */
@@ -250,7 +252,7 @@ async function place(view, spot) {
   const { app, film, marks, tool } = view;
   if (!film || !marks || view.search) return;
   const arm = Number(tool);
-  if (arm && view.lookingFor) return followFrom(view, arm, spot);
+  if (arm && view.track) return followFrom(view, arm, spot);
   if (arm) marking.setTip(marks, arm, film.time, spot);
   else marks.fixed[/** @type {"one"} */ (tool)] = [...spot];
   changed(view);
@@ -286,19 +288,22 @@ async function beginMarking(view) {
   const { text, clock } = app;
   clock.pause();
   view.back?.hide();
-  const first = toolsOf(view).find((tool) => !Number(tool) && !(tool in marks.fixed));
   showTools(view);
-  choose(view, first ?? "1");
+  choose(view, ["one", "two", "pivot"].find((tool) => !(tool in marks.fixed)) ?? "1");
   const hooks = {
     place: (/** @type {number[]} */ spot) => place(view, spot),
     step: (/** @type {1 | -1} */ way) => view.search || go(view, way),
     remove: () => remove(view),
     done: () => (view.search ? view.search.abort() : endMarking(view)),
   };
-  const colour = tick(text("film.colour"), view.lookingFor, (on) => (view.lookingFor = on));
-  colour.box.dataset.film = "colour";
+  const ways = ["", ...Object.keys(TRACKERS)].map((value) => ({
+    value,
+    words: text(`film.track.${value || "hand"}`),
+  }));
+  const track = choice(text("film.track"), ways, view.track, (value) => (view.track = value));
+  track.select.dataset.film = "track";
   const away = button(text("film.remove"), hooks.remove, { "data-film": "remove" });
-  const tools = [view.place, view.pick, colour.element, away];
+  const tools = [view.place, view.pick, track.element, away];
   view.layer = createLayer(text, film, marks, hooks, tools);
   showTime(view);
   showKeys(view);
@@ -405,6 +410,7 @@ async function take(view, file) {
     showAll(view);
     const time = text.number(film.duration, 1);
     say(view, text(kept ? "film.again" : "film.opened", { name, time }));
+    if (!kept && film.tells) await beginMarking(view);
   } catch {
     if (view.wanted !== file) return;
     view.wanted = view.shown;
@@ -446,7 +452,7 @@ function createView(app) {
   const view = {
     ...{ ...partsOf(text), ...first, app, wanted: null, shown: null },
     ...{ tolerance: TOLERANCE, told: "", handed: "" },
-    ...{ form: ownMarks(), camera: null, lookingFor: false },
+    ...{ form: ownMarks(), camera: null, track: "colour" },
   };
   const input = h("input", {
     ...{ type: "file", accept: "video/*", class: "unseen", tabindex: -1, "aria-hidden": "true" },
