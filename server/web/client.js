@@ -93,8 +93,9 @@ async function failureOf(reply) {
   const { status } = reply;
   const problem = await problemOf(reply);
   const retry = Number(reply.headers.get("Retry-After")) || 1;
-  // a proxy whose server is gone answers 502 or 504
-  if (status === 502 || status === 504) return new Failure("away", { status });
+  // a proxy whose server is gone answers 502 or 504, or a 503 that is not the server's own
+  const gone = status === 503 && (!problem || problem.reachable === false);
+  if (status === 502 || status === 504 || gone) return new Failure("away", { status });
   if (status === 429 || status === 503) return new Failure("busy", { status, problem, retry });
   return new Failure("refused", { status, problem });
 }

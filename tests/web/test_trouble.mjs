@@ -63,7 +63,16 @@ export async function a_server_over_quota_is_waited_for(rig) { await refusesAndR
 export async function a_server_without_room_is_waited_for(rig) { await refusesAndRecovers(rig, 503); }
 
 export async function a_server_that_is_away_is_missed_and_found_again(rig) {
-  const { page, over, times } = await troubled(rig, (reply) => reply.destroy());
+  // no connection, a proxy's own page, the problem of the proxy that is shipped (nginx.conf)
+  const away = [(reply) => reply.destroy(), (reply) => reply.writeHead(503, { "Content-Type": "text/html" }).end("<h1>503</h1>"),
+    (reply) => reply.writeHead(503, { "Content-Type": "application/problem+json" }).end('{"status":503,"detail":"gone","reachable":false}')];
+  let kind = 0;
+  const { page, over, times } = await troubled(rig, (reply) => away[kind](reply));
+  for (; kind < away.length - 1; kind++) {
+    await change(page);
+    await told(page, /does not answer/);
+    await page.evaluate(() => pendulumd.undo());
+  }
   await change(page);
   await told(page, /does not answer/);
   await rig.shot(page, "away");
