@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "core/fit/fit_bounds.h"
+#include "core/fit/fit_clock.h"
 #include "core/fit/fit_constants.h"
 #include "core/fit/fit_end.h"
 #include "core/fit/fit_release.h"
@@ -229,6 +230,8 @@ static enum pend_status fit_begin(struct pend_fit *fit, struct pend_error *error
     size_t bytes = (size_t)fit->problem.unknowns * sizeof(double);
     if (!fit->result.iterations && pend_fit_release_begin(fit, fit->window) != PEND_OK)
         return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a fit");
+    int some = 0;
+    if (!fit->result.iterations) PEND_TRY(pend_fit_clock_find(fit, 0, &some, error));
     if (!fit->result.iterations) memcpy(fit->origin, fit->inner, bytes);
     gsl_vector_view x = gsl_vector_view_array(fit->inner, (size_t)fit->problem.unknowns);
     fit->begun = 1, fit->here = 0;
@@ -372,8 +375,10 @@ static enum pend_status fit_next(struct pend_fit *fit, struct pend_error *error)
     if (fit->window < fit->problem.rows && !used) return fit_grow(fit, error);
     // a second search may end before it uses all rows, and at a higher minimum than the first
     if (fit->window == fit->problem.rows || fit->cut) PEND_TRY(fit_again(fit, used, &again, error));
-    if (again) return PEND_OK;
-    return pend_fit_end(fit, error);
+    int clocks = !again && !used && fit->window == fit->problem.rows && !fit->clocked++;
+    if (clocks) PEND_TRY(pend_fit_clock_find(fit, 1, &again, error));
+    fit->begun &= !(clocks && again);
+    return again ? PEND_OK : pend_fit_end(fit, error);
 }
 
 /* one iteration of multiple shooting; after the last one, the search uses all rows */

@@ -121,3 +121,9 @@ enum { FIT_PIECE_NUMBERS = 16384 };
 /* Length of a piece; passing over the top takes as long for half a turn. Unit: swing.
  * [fits_name_no_farthest_row_of_what_cannot_be_compared] */
 static const double fit_piece = 0.25;
+/* Shifts of a clock that are tried on each side of its value, and their number in a swing.
+ * [shifts_of_clocks_are_found_with_their_errors] */
+enum { FIT_CLOCK_STEPS = 96, FIT_CLOCK_PARTS = 24 };
+/* Another shift is named if its sum of squares is larger by less. Unit: of the variance.
+ * [shifts_of_clocks_are_found_with_their_errors] */
+static const double fit_clock = 9;

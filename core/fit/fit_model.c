@@ -32,7 +32,7 @@ static void model_kinds(struct fit_model *model, const struct pend_fit_problem *
         model->seen.lens |= problem->camera[i] != 0;
     for (int c = 0; c < problem->columns; c++) {
         enum pend_fit_kind kind = problem->column[c].kind;
-        *wants |= pend_fit_number_needs(kind);
+        *wants |= pend_fit_number_needs(kind), shifts |= problem->column[c].clock;
         model->modes |=
             kind == PEND_FIT_MODE || kind == PEND_FIT_AMPLITUDE || kind == PEND_FIT_PERIOD;
     }
@@ -41,25 +41,35 @@ static void model_kinds(struct fit_model *model, const struct pend_fit_problem *
             *paces |= 1u << pend_fit_number_pace(i);
 }
 
+/* the most pairs of a run */
+static size_t model_pairs(const struct pend_fit_problem *problem) {
+    size_t each = 1;
+    for (int c = 0; c < problem->columns; c++) each += problem->column[c].clock != 0;
+    return each * (size_t)problem->rows;
+}
+
 size_t pend_fit_model_lay(struct fit_model *model, const struct pend_fit_problem *problem,
                           char *memory) {
     assert(problem->n >= 1 && problem->unknowns >= 1 && problem->rows >= 1 &&
            problem->columns >= 1);
     size_t used = 0, n = (size_t)problem->n, q = (size_t)problem->unknowns, block = MODEL_BLOCK;
+    size_t pairs = model_pairs(problem);
     unsigned wants = 0, paces = 0;
     *model = (struct fit_model){.problem = problem, .block = MODEL_BLOCK, .seen.problem = problem};
     model_kinds(model, problem, &wants, &paces);
     model->seen.swing = pend_fit_size(problem, PEND_FIT_RATE, 1);
     model->parameter = (struct pend_parameter *)(void *)model_take(memory, &used, q);
     model->place = (int *)(void *)model_take(memory, &used, q);
-    model->row = (long *)(void *)model_take(memory, &used, (size_t)problem->rows);
+    model->pair = (struct fit_model_pair *)(void *)model_take(memory, &used, 3 * pairs);
+    model->first = (long *)(void *)model_take(memory, &used, pairs + 2);
     model->length = model_take(memory, &used, n);
     model->mass = model_take(memory, &used, n);
     model->phi = model_take(memory, &used, n);
     model->rate = model_take(memory, &used, n);
     model->value = model_take(memory, &used,
                               problem->loads.terms ? (size_t)problem->loads.terms->count + 1 : 1);
-    model->t = model_take(memory, &used, (size_t)problem->rows + 1);
+    model->t = model_take(memory, &used, pairs + 1);
+    model->list = model_take(memory, &used, pairs + 1);
     for (int i = 0; i < FIT_SEEN; i++) {
         int derived = wants >> i & 1, seen = (wants | paces) >> i & 1;
         if (seen) model->seen.value[i] = model_take(memory, &used, block * n);
@@ -130,28 +140,51 @@ static enum pend_status model_pendulum(struct fit_model *model, const double val
     return pend_tree_new_bare(tree, p->n, model->length, model->mass, p->bare, p->parent, NULL);
 }
 
-/* whether a row has the same run and instant as row `first`; such rows are adjacent */
-static int model_next(const struct pend_fit_problem *p, long row, long first) {
-    return pend_fit_run(p, row) == pend_fit_run(p, first) && p->t[row] == p->t[first];
+static int pair_before(const void *left, const void *right) {
+    const struct fit_model_pair *a = left, *b = right;
+    return (a->t > b->t) - (a->t < b->t);
 }
 
-/* Collects the instants of a run among the first rows, in the motion's time, after the instant of
- * the start. Returns their number. */
-static long model_instants(struct fit_model *model, int run, long rows) {
+/* collects the measured rows of a run among the first rows; returns their number */
+static long model_measured(struct fit_model *model, int run, long rows) {
     const struct pend_fit_problem *p = model->problem;
+    int plain = (size_t)p->rows == model_pairs(p);
     double shift = model->seen.camera[PEND_FIT_SHIFT], start = pend_fit_start(p, run);
     long count = 0;
-    assert(rows >= 1 && rows <= p->rows);
-    for (long i = 0; i < rows; i++)
-        if (pend_fit_run(p, i) == run && !(count && model_next(p, i, model->row[count - 1])))
-            model->row[count++] = i;
-    model->rows = rows;
-    if (!count) return 0;
-    model->t[0] = start;
-    model->before = start < p->t[model->row[0]] + shift;
-    for (long i = 0; i < count; i++)
-        model->t[i + model->before] = fmax(p->t[model->row[i]] + shift, start);
+    for (long i = 0; i < rows; i++) {
+        double t = p->t[i] + shift;
+        int others = plain;
+        if (pend_fit_run(p, i) != run) continue;
+        for (int c = 0; c < p->columns && !plain; c++) {
+            int clock = p->column[c].clock, there = !isnan(p->column[c].data[i]);
+            others |= there && !clock;
+            if (there && clock)
+                model->pair[count++] = (struct fit_model_pair){t + model->zero[clock - 1], i, c};
+        }
+        // the camera's own shift keeps measurements after the start
+        if (others) model->pair[count++] = (struct fit_model_pair){t < start ? start : t, i, -1};
+    }
+    if (!plain) qsort(model->pair, (size_t)count, sizeof *model->pair, pair_before);
     return count;
+}
+
+/* Collects the instants of a run among the first rows, in the motion's time, with that of the
+ * start. Returns the number of measured rows. */
+static long model_instants(struct fit_model *model, int run, long rows) {
+    double start = pend_fit_start(model->problem, run);
+    assert(rows >= 1 && rows <= model->problem->rows);
+    long count = 0, pairs = model_measured(model, run, rows), sought = 1;
+    for (long i = 0; i <= pairs; i++) {
+        if (sought && (i == pairs || model->pair[i].t >= start)) {
+            model->start = count, model->first[count] = i, model->t[count++] = start;
+            sought = 0;
+        }
+        // a time that is no number fails later
+        if (i == pairs || (count && model->pair[i].t <= model->t[count - 1])) continue;
+        model->first[count] = i, model->t[count++] = model->pair[i].t;
+    }
+    model->first[count] = pairs, model->instants = count;
+    return pairs;
 }
 
 /* ---- modes */
@@ -236,9 +269,11 @@ static double model_slope(const struct fit_model *model, const struct pend_fit_c
     const struct pend_fit_problem *p = model->problem;
     const struct pend_fit_unknown *u = &p->unknown[j];
     size_t q = (size_t)model->parameters, place = (size_t)model->place[j];
+    int which = u->camera - PEND_FIT_CAMERA + 1, instrument = which > 0;
     int shift = u->camera == PEND_FIT_SHIFT, own = model->place[j] >= 0;
     double moved = 0, rest = 0;
-    if (u->camera >= PEND_FIT_CAMERA) return u->camera - PEND_FIT_CAMERA == column->zero - 1;
+    shift |= instrument & (which == column->clock);
+    if (instrument > shift) return which == column->zero;
     for (int k = 0; k < number->seen && (own || shift); k++) {
         int what = number->what[k];
         double by = own ? model->slope[what][number->at[k] * q + place]
@@ -259,17 +294,18 @@ static double model_slope(const struct fit_model *model, const struct pend_fit_c
     return number->lead * moved + rest;
 }
 
-/* a row whose instant has index `from` in the block */
-static void model_row(const struct fit_model *model, long row, long from, double residual[],
-                      double slope[]) {
+/* a measured row whose instant has index `from` in the block */
+static void model_row(const struct fit_model *model, const struct fit_model_pair *pair, long from,
+                      double residual[], double slope[]) {
     const struct pend_fit_problem *p = model->problem;
+    long row = pair->row;
     for (int c = 0; c < p->columns; c++) {
         const struct pend_fit_column *column = &p->column[c];
         size_t at = (size_t)row * (size_t)p->columns + (size_t)c;
         double *own = slope ? slope + at * (size_t)p->unknowns : NULL;
         double data = column->data[row], sigma = pend_fit_sigma(column, row), by = 1;
         struct fit_number number;
-        if (isnan(data)) continue;
+        if (isnan(data) || (column->clock ? c : -1) != pair->column) continue;
         pend_fit_number(&model->seen, column, data, (size_t)from, &number);
         double value = column->kind == PEND_FIT_PASSAGE ? number.value : number.value - data;
         // tracking programs do not count turns
@@ -282,14 +318,15 @@ static void model_row(const struct fit_model *model, long row, long from, double
     }
 }
 
-/* residuals and slopes of the instants first .. first + count - 1 of a run, whose values are in
- * `seen` and `slope` from index `from` on */
-static void model_rows(const struct fit_model *model, long first, long from, long count,
-                       double residual[], double slope[]) {
-    for (long i = first; i < first + count; i++)
-        for (long row = model->row[i];
-             row < model->rows && model_next(model->problem, row, model->row[i]); row++)
-            model_row(model, row, from + i - first, residual, slope);
+/* residuals and slopes of the rows first .. first + count - 1 of a motion, whose values are in
+ * `seen` and `slope` */
+static void model_rows(const struct fit_model *model, long first, long count, double residual[],
+                       double slope[]) {
+    for (long i = 0; i < count; i++) {
+        long instant = model->start + model->way * (first + i);
+        for (long k = model->first[instant]; k < model->first[instant + 1]; k++)
+            model_row(model, &model->pair[k], i, residual, slope);
+    }
 }
 
 /* computes the motion with its derivatives, block by block; slope: NULL if not needed */
@@ -309,8 +346,7 @@ static enum pend_status model_slopes(struct fit_model *model, const struct pend_
     enum pend_status status = PEND_OK;
     for (long row = 0, made; row < problem->times.count && status == PEND_OK; row += made) {
         status = pend_derivatives_next(d, &rows, model->block, INFINITY, &made, error);
-        long skip = !row && model->before;
-        model_rows(model, row + skip - model->before, skip, made - skip, residual, slope);
+        model_rows(model, row, made, residual, slope);
     }
     pend_derivatives_free(&d);
     return status;
@@ -333,11 +369,24 @@ static enum pend_status model_values(struct fit_model *model, const struct pend_
     int done = 0;
     for (long row = 0; !done && status == PEND_OK; row += samples.count) {
         status = pend_run_next(run, &samples, INFINITY, &done, error);
-        long skip = !row && model->before && samples.count;
-        model_rows(model, row + skip - model->before, skip, samples.count - skip, residual, NULL);
+        model_rows(model, row, samples.count, residual, NULL);
     }
     pend_run_free(&run);
     return status;
+}
+
+/* computes the motion from the start to the last instant, way 1, or back to the first one, -1 */
+static enum pend_status model_motion(struct fit_model *model, struct pend_problem problem, long way,
+                                     double residual[], double slope[], struct pend_error *error) {
+    long last = way > 0 ? model->instants - 1 - model->start : model->start;
+    for (long i = 0; i <= last; i++) model->list[i] = model->t[model->start + way * i];
+    double decays = fabs(model->list[last] - model->list[0]) * model->decay;
+    problem.times.count = last + 1, problem.times.list = model->list, model->way = way;
+    problem.step_cap += (long)fmin(FIT_STIFF_STEPS, decays);
+    // accelerations of tips come with derivatives only
+    int derived = slope || model->seen.value[PEND_DERIVED_ZDD_RE];
+    return derived ? model_slopes(model, &problem, residual, slope, error)
+                   : model_values(model, &problem, residual, error);
 }
 
 /* computes the motion of a run */
@@ -349,24 +398,20 @@ static enum pend_status model_run(struct fit_model *model, const double value[],
     enum pend_status status = model_pendulum(model, value, run, &tree, &loads);
     if (status != PEND_OK)
         return pend_fail(error, status, -1, 0, "these values are not possible for a pendulum");
-    long count = model_instants(model, run, rows);
+    long pairs = model_instants(model, run, rows);
     model_parameters(model, run);
     // friction that stops an arm quickly shortens the steps
     if (model->motions == 0) model->decay = fmax(model->decay, pend_loads_decay(&loads, tree));
-    double decays = (model->t[count + model->before - 1] - model->t[0]) * model->decay;
     struct pend_problem problem = {.tree = tree,
                                    .loads = loads,
                                    .phi = model->phi,
                                    .rate = model->rate,
-                                   .times = {.count = count + model->before, .list = model->t},
                                    .rtol = p->rtol,
-                                   .step_cap = p->step_cap + (long)fmin(FIT_STIFF_STEPS, decays),
+                                   .step_cap = p->step_cap,
                                    .no_drift = 1};
-    // accelerations of tips come with derivatives only
-    int derived = slope || model->seen.value[PEND_DERIVED_ZDD_RE];
-    if (count)
-        status = derived ? model_slopes(model, &problem, residual, slope, error)
-                         : model_values(model, &problem, residual, error);
+    if (model->start) status = model_motion(model, problem, -1, residual, slope, error);
+    if (pairs && status == PEND_OK)
+        status = model_motion(model, problem, 1, residual, slope, error);
     pend_tree_free(&tree);
     return status;
 }

@@ -5,20 +5,28 @@
 
 #include "core/fit/fit_number.h"
 
+/* A measured row: its time of the motion, s, and the column with a clock of its own that is meant;
+ * -1 = the others. */
+struct fit_model_pair {
+    double t;
+    long row;
+    int column;
+};
+
 /* Workspace of a model; one block. */
 struct fit_model {
     const struct pend_fit_problem *problem;
     int parameters;                   /* number of unknowns of the pendulum and the start */
     struct pend_parameter *parameter; /* those unknowns as parameters */
     int *place;                       /* index of each unknown among the parameters; -1 = none */
-    long *row;                        /* for each instant of the run, its first row */
+    struct fit_model_pair *pair;      /* the measured rows of a run, in the order of time */
+    long *first;                      /* for each instant of the run, its first pair */
+    long instants, start, way;        /* number of instants; index of the start among them; 1 if a
+                                       * motion goes forwards from there, -1 if it goes backwards */
     double *length, *mass, *value, *phi, *rate;
-    double *t;               /* instants of the start and of the run's rows, or of the rows
-                              * alone, in the motion's time */
-    long rows;               /* number of rows in the window */
+    double *t, *list;        /* the instants of the run, and those of a motion, s */
     double motions;          /* so far: motions of all rows with derivatives */
     double decay;            /* 1/s, due to friction, at the start values */
-    int before;              /* 1 if the start is before the first row */
     int modes;               /* frequencies of modes are needed */
     double *omega, *near;    /* mode frequencies, rad/s; with a changed unknown */
     double *lean;            /* n x unknowns: derivatives of the frequencies */
@@ -28,7 +36,7 @@ struct fit_model {
                               * needed */
     long block;
     double *room; /* the instants of a motion without derivatives */
-    double *zero; /* offsets of the instruments, rad and rad/s */
+    double *zero; /* numbers of the instruments */
 };
 
 /** Lays out a workspace in `memory`, or only counts its bytes if `memory` is NULL. */

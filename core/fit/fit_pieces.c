@@ -77,7 +77,7 @@ int pend_fit_pieces_apt(const struct pend_fit_problem *p, double swing) {
     for (int j = 0; j < p->unknowns; j++)
         if (p->unknown[j].camera == PEND_FIT_SHIFT) return 0;
     for (int c = 0; c < p->columns; c++)
-        if (p->column[c].kind >= PEND_FIT_MODE) return 0;
+        if (p->column[c].kind >= PEND_FIT_MODE || p->column[c].clock) return 0;
     for (int arm = 0; arm < p->n; arm++) {
         long seen = 0;
         for (long i = 0; i < p->rows; i++) seen += !isnan(pend_fit_start_angle(p, arm, i));

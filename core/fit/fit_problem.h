@@ -39,6 +39,8 @@ struct pend_fit_column {
     int zero;           /* 1 + index of the offset that the instrument adds; 0 = none */
     double at;          /* m, of an accelerometer: its distance from the joint; < 0 = at the tip */
     int still;          /* non-zero: the accelerometer removes gravity */
+    int clock;          /* 1 + index of the shift of the instrument's clock, in the same list: its
+                         * measurement at t belongs to the motion at t + shift; 0 = none */
 };
 
 /** Returns the arm to which a column's angle or rate is relative; -1 = a fixed direction. O(1). */
@@ -75,8 +77,8 @@ enum pend_fit_camera {
 
 /* An unknown to estimate; its bounds may be infinite. */
 struct pend_fit_unknown {
-    int camera;               /* enum pend_fit_camera; from PEND_FIT_CAMERA on an instrument offset;
-                               * -1 = a parameter of the pendulum */
+    int camera;               /* enum pend_fit_camera; from PEND_FIT_CAMERA on a number of an
+                               * instrument; -1 = a parameter of the pendulum */
     struct pend_parameter by; /* the parameter of the pendulum */
     double start, low, high;  /* low <= start <= high, low < high */
     int run;                  /* for an initial angle or rate, the run to which it belongs, from 0;
@@ -96,11 +98,11 @@ struct pend_fit_problem {
                           * 0 */
     double camera[PEND_FIT_CAMERA];
     double center[2], reach; /* of the lens, in the camera's unit; reach > 0 if it is distorted */
-    int zeros;               /* number of instruments' offsets: of angles, rad, and rates, rad/s */
-    const double *zero;      /* those offsets */
-    long rows;               /* rows are sorted by the time since the start of their run */
-    const double *t;         /* s, not decreasing within a run; rows of one instant are adjacent */
-    const int *run;          /* the run of each row; NULL = one run */
+    int zeros; /* number of instruments' numbers: offsets, rad, rad/s or m/s^2; shifts, s */
+    const double *zero; /* those numbers */
+    long rows;          /* rows are sorted by the time since the start of their run */
+    const double *t;    /* s, not decreasing within a run; rows of one instant are adjacent */
+    const int *run;     /* the run of each row; NULL = one run */
     int columns;
     const struct pend_fit_column *column;
     int unknowns;
@@ -199,6 +201,8 @@ struct pend_fit_result {
     const double *follows; /* s, per run: the time of the last row up to which the motion follows
                             * the data; NaN = none */
     int away;              /* the unknown that diverged, -1 = none */
+    int twin;              /* the shift of a clock that may be `other` as well, -1 = none */
+    double other;          /* s */
     double explained;      /* fraction explained: 1 - sum of squares over the sum of squares of the
                             * data about their mean */
     enum pend_fit_model model;

@@ -6,11 +6,16 @@
 
 #include "core/fit/fit_constants.h"
 
-/* the index of the column with a quantity of an arm; -1 = not measured */
+/* the index of the column with a quantity of an arm, if possible without a shifted clock; -1 = not
+ * measured */
 static int start_column(const struct pend_fit_problem *p, int arm, enum pend_fit_kind kind) {
-    for (int c = 0; c < p->columns; c++)
-        if (p->column[c].arm == arm && p->column[c].kind == kind) return c;
-    return -1;
+    int found = -1;
+    for (int c = p->columns - 1; c >= 0; c--) {
+        const struct pend_fit_column *column = &p->column[c];
+        int better = found < 0 || !column->clock || p->column[found].clock;
+        if (column->arm == arm && column->kind == kind && better) found = c;
+    }
+    return found;
 }
 
 /* the offset that the instrument of a column adds */

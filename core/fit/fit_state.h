@@ -36,6 +36,7 @@ struct pend_fit {
     double variance;           /* of a residual at the last evaluation of all rows; 0 = unknown */
     int inside;                /* unknowns at bounds were moved inside for a new search */
     int anew;                  /* the search was restarted for a predicted decrease */
+    int clocked;               /* shifts of clocks were tried for all rows */
     unsigned char *bounded, *held; /* flags: at a bound; fixed in the last evaluation */
     signed char *edge, *edged;     /* which bound an unknown is fixed at: -1 low, 1 high; the same
                                     * at `best` */

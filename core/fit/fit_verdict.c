@@ -65,7 +65,8 @@ static long verdict_rows(struct pend_fit *fit, int run, int c) {
     const struct pend_fit_problem *p = &fit->problem;
     long count = 0;
     for (long i = 0; i < p->rows; i++)
-        if (pend_fit_run(p, i) == run && !isnan(p->column[c].data[i])) fit->model.row[count++] = i;
+        if (pend_fit_run(p, i) == run && !isnan(p->column[c].data[i]))
+            fit->model.first[count++] = i;
     return count;
 }
 
@@ -94,7 +95,7 @@ static void verdict_run(struct pend_fit *fit) {
             long count = verdict_rows(fit, run, c);
             double last[2] = {0, 0};
             for (long i = 0; i < count; i++) {
-                double r = fit->residual[fit->model.row[i] * p->columns + c];
+                double r = fit->residual[fit->model.first[i] * p->columns + c];
                 lag[0] += r * r / square;
                 lag[1] += r * last[0] / square, lag[2] += r * last[1] / square;
                 if (i) steps += (r - last[0]) * (r - last[0]) / square, pairs++;
@@ -148,7 +149,7 @@ static void verdict_meat(const struct pend_fit *fit, int c, long count, const do
         double size = 0;
         for (size_t j = 0; j < q; j++) {
             double own =
-                i < 0 ? 0 : fit->slope[((size_t)fit->model.row[i] * columns + (size_t)c) * q + j];
+                i < 0 ? 0 : fit->slope[((size_t)fit->model.first[i] * columns + (size_t)c) * q + j];
             double next = own + by[0] * last[j] + by[1] * before[j];
             before[j] = last[j], last[j] = next;
             size = fmax(size, fabs(next * fit->size[j]));

@@ -177,6 +177,7 @@ static const double pi = 3.14159265358979323846;
 
 static const char *const unknown_fields[] = {"vary", "arm", "harmonic", "guess", "start",
                                              "run",  "low", "high",     "unit",  NULL};
+static const char *const clock_fields[] = {"vary", "series", "guess", "low", "high", NULL};
 static const char *const angle_units[] = {"rad", "deg", NULL};
 
 /* the address of the number in the pendulum or its start */
@@ -329,6 +330,47 @@ static int read_instrument(struct api_fit *fit, const struct api_value *item,
     return 1;
 }
 
+/* gives a series the clock of column `first`, or its own; returns the column, -1 after an error */
+static int read_series(struct api_fit *fit, const struct api_value *series, int first,
+                       struct api_problem *problem) {
+    long number = 0;
+    if (!api_field_needed(series, problem)) return -1;
+    if (api_field_whole(series, 1, fit->run[0].series, &number, problem) <= 0) return -1;
+    struct pend_fit_column *column = &fit->column[number - 1];
+    if (column->clock) api_value_fault(series, problem, API_CODE_DUPLICATE "has a shift already");
+    if (column->kind >= PEND_FIT_ALONG && column->kind != PEND_FIT_CART)
+        api_value_fault(series, problem,
+                        API_CODE_NOT_APPLICABLE
+                        "is of accelerations, amplitudes or periods, whose shift cannot be "
+                        "computed: make that of the other series an unknown");
+    if (first < 0) first = (int)number - 1;
+    column->clock = 1 + API_FIT_SERIES + first;
+    return first;
+}
+
+/* reads the shift of the clock of one or several series; returns 0 for any other item */
+static int read_clock(struct api_fit *fit, const struct api_value *item,
+                      struct api_problem *problem) {
+    struct api_value vary = api_value_member(item, "vary"),
+                     series = api_value_member(item, "series"), one = api_value_item(&series, 0);
+    const char *name = api_value_text(&vary);
+    int list = api_value_kind(&one) != API_MISSING, first = -1;
+    struct pend_fit_unknown u = {.low = -INFINITY, .high = INFINITY};
+    if (!name || strcmp(name, "shift") != 0) return 0;
+    (void)api_value_only(item, clock_fields, problem);
+    if (problem->status) return 1;
+    if (!list) first = read_series(fit, &series, -1, problem);
+    for (; api_value_kind(&one) != API_MISSING; one = api_value_next(&one))
+        first = read_series(fit, &one, first, problem);
+    if (first < 0) return 1;
+    u.camera = PEND_FIT_CAMERA + API_FIT_SERIES + first;
+    read_bounds(item, 1, 0, 1, &u, problem);
+    snprintf(fit->label[fit->unknowns], API_FIT_LABEL, "shift of series %d", first + 1);
+    fit->shift[fit->unknowns] = 0;
+    unknown_add(fit, item, &u, problem);
+    return 1;
+}
+
 static void read_unknown(struct api_fit *fit, const struct api_value *item,
                          struct api_problem *problem) {
     struct api_value unit = api_value_member(item, "unit"), vary = api_value_member(item, "vary");
@@ -370,5 +412,6 @@ void api_fit_read_unknowns(struct api_fit *fit, const struct api_value *list,
     }
     struct api_value item = api_value_item(list, 0);
     for (; fit->start && api_value_kind(&item) != API_MISSING; item = api_value_next(&item))
-        if (!read_instrument(fit, &item, problem)) read_unknown(fit, &item, problem);
+        if (!read_clock(fit, &item, problem) && !read_instrument(fit, &item, problem))
+            read_unknown(fit, &item, problem);
 }

@@ -370,6 +370,14 @@ enum pend_status api_hints_write(const struct api_hints *h, struct api_buffer *o
                  count, hints_outlier(h));
         PEND_TRY(api_out_text(out, NULL, text));
     }
+    if (h->result->twin >= 0) {
+        snprintf(
+            text, sizeof text,
+            "%s may be %.4g s as well: the motion repeats itself. Give its \"guess\" or a \"low\" "
+            "and a \"high\"",
+            h->fit->label[h->result->twin], h->result->other);
+        PEND_TRY(api_out_text(out, NULL, text));
+    }
     if (far >= 0) {
         snprintf(text, sizeof text,
                  "the fit gives %s %.3g times its given value: are instants in s, not in ms or "

@@ -25,7 +25,7 @@ struct pend_fit_problem api_fit_problem(const struct api_fit *fit) {
                                        .rate = fit->start->rate,
                                        .runs = fit->runs,
                                        .start = fit->begin,
-                                       .zeros = API_FIT_SERIES,
+                                       .zeros = 2 * API_FIT_SERIES,
                                        .zero = fit->offset,
                                        .rows = fit->rows,
                                        .t = fit->t,
@@ -102,7 +102,8 @@ static void start_fixed(struct api_fit *fit, const struct api_value *list, unsig
     api_fit_read_unknowns(fit, list, problem);
     for (int j = before; j < fit->unknowns; j++) {
         const struct pend_fit_unknown *u = &fit->unknown[j];
-        if (u->by.kind > PEND_PARAMETER_RATE) continue;
+        if (u->camera >= 0 && !isnan(u->start)) fit->offset[u->camera - PEND_FIT_CAMERA] = u->start;
+        if (u->camera >= 0 || u->by.kind > PEND_PARAMETER_RATE) continue;
         int rate = u->by.kind == PEND_PARAMETER_RATE;
         long at = (long)u->run * fit->start->n + u->by.at;
         if (!isnan(u->start)) (rate ? fit->start->rate : fit->start->phi)[at] = u->start;

@@ -100,7 +100,7 @@ static void study_angles(struct study *s, double noise, int known, unsigned long
         for (int i = 0; i < s->rows; i++)
             s->data[k][i] = remainder(s->angle[i * s->n + k] + sigma * test_gauss(seed), 2 * M_PI);
         s->column[k] = (struct pend_fit_column){
-            PEND_FIT_PHI, k, known ? sigma : 0, NULL, s->data[k], 0, 0, 0, 0};
+            PEND_FIT_PHI, k, known ? sigma : 0, NULL, s->data[k], 0, 0, 0, 0, 0};
     }
     s->problem.columns = s->n;
 }
@@ -449,7 +449,7 @@ TEST(fits_of_counted_modes_find_lengths) {
         for (int k = 0; k < 2; k++) {
             s.data[k][0] = omega[real][k];
             s.column[k] =
-                (struct pend_fit_column){PEND_FIT_MODE, k, 0.01, NULL, s.data[k], 0, 0, 0, 0};
+                (struct pend_fit_column){PEND_FIT_MODE, k, 0.01, NULL, s.data[k], 0, 0, 0, 0, 0};
             study_add(&s, PEND_PARAMETER_LENGTH, k, 0, 0.3, 0);
         }
         s.problem.columns = 2;
@@ -486,9 +486,9 @@ TEST(fits_find_the_camera_with_the_pendulum) {
             if (i % 10 == 3) s.data[2 * k][i] = NAN; // a missing frame
         }
         s.column[2 * k] =
-            (struct pend_fit_column){PEND_FIT_X, k, sigma, NULL, s.data[2 * k], 0, 0, 0, 0};
+            (struct pend_fit_column){PEND_FIT_X, k, sigma, NULL, s.data[2 * k], 0, 0, 0, 0, 0};
         s.column[2 * k + 1] =
-            (struct pend_fit_column){PEND_FIT_Y, k, sigma, NULL, s.data[2 * k + 1], 0, 0, 0, 0};
+            (struct pend_fit_column){PEND_FIT_Y, k, sigma, NULL, s.data[2 * k + 1], 0, 0, 0, 0, 0};
     }
     s.problem.columns = 4;
     for (int i = 0; i < s.rows; i++) s.t[i] -= 0.3;

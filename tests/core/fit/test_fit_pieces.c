@@ -86,7 +86,7 @@ static void film_new(struct film *f, double swing, unsigned long long *seed) {
     pend_tree_free(&tree);
     for (int k = 0; k < ARMS; k++)
         f->column[k] =
-            (struct pend_fit_column){PEND_FIT_PHI, k, sigma, NULL, f->data[k], 0, 0, 0, 0};
+            (struct pend_fit_column){PEND_FIT_PHI, k, sigma, NULL, f->data[k], 0, 0, 0, 0, 0};
     f->problem = (struct pend_fit_problem){.n = ARMS,
                                            .length = f->length,
                                            .mass = f->mass,

@@ -50,7 +50,7 @@ static void study_new(struct study *s, double sigma) {
     for (int j = 0; j < UNKNOWNS; j++)
         s->unknown[j] = (struct pend_fit_unknown){
             -1, {kinds[j], 0}, 1.05 * truth[j], j ? -INFINITY : 0, INFINITY, 0};
-    s->column = (struct pend_fit_column){PEND_FIT_PHI, 0, sigma, NULL, s->data, 0, 0, 0, 0};
+    s->column = (struct pend_fit_column){PEND_FIT_PHI, 0, sigma, NULL, s->data, 0, 0, 0, 0, 0};
     s->problem = (struct pend_fit_problem){.n = 1,
                                            .length = &s->length,
                                            .mass = &s->mass,

@@ -212,3 +212,61 @@ TEST(fits_find_tilt_stretch_and_distortion_of_a_camera) {
                      reply.out.data);
     }
 }
+
+/* a film and a gyroscope that began 3 s earlier or later, which is two swings; what no clock can
+ * tell */
+TEST(shifts_of_clocks_are_found_with_their_errors) {
+    static const char *const film_and_gyro[2] = {"\"theta\":1,\"sigma\":0.01",
+                                                 "\"thetad\":1,\"sigma\":0.02"};
+    static const char *const refused[][2] = {
+        {"{\"vary\":\"shift\"}", "missing"},
+        {"{\"vary\":\"shift\",\"series\":3}", "must be a whole number from 1 to 2"},
+        {"{\"vary\":\"shift\",\"series\":[2,2]}", "has a shift already"},
+        {"{\"vary\":\"shift\",\"series\":1,\"arm\":1}", "is not a known field"}};
+    double t[ROWS], film[ROWS], gyro[ROWS], *value[2] = {film, gyro};
+    struct test_reply from =
+        test_post(API_OP_TRAJECTORIES, ONE "\"initial\":{\"theta\":[0.6]},\"times\":{\"stop\":12,"
+                                           "\"count\":241},\"output\":[\"theta\",\"phid\"]}");
+    for (int first = 0; first <= 120; first += 120) {
+        unsigned long long seed = 5;
+        for (int i = 0; i < ROWS; i++) {
+            t[i] = number(&from, "/t/", i, "");
+            film[i] = number(&from, "/theta/", 60 + i, "/0") + 0.01 * test_noise(&seed);
+            gyro[i] = number(&from, "/phid/", first + i, "/0") + 0.02 * test_noise(&seed);
+        }
+        struct test_reply reply = fitted(GUESS SOUGHT ",{\"vary\":\"shift\",\"series\":2}]", t,
+                                         ROWS, (const char **)film_and_gyro, value);
+        CHECK_SAYING(off(&reply, "shift of series 2", 0.05 * (first - 60)) < 4, "%s",
+                     reply.out.data);
+        CHECK_INT(test_reply_count(&reply, "/unidentifiable"), 0);
+        CHECK(!strstr(reply.out.data, "may be"));
+        test_reply_free(&reply);
+    }
+    struct test_reply both = fitted(GUESS SOUGHT ",{\"vary\":\"shift\",\"series\":1},"
+                                                 "{\"vary\":\"shift\",\"series\":2}]",
+                                    t, ROWS, (const char **)film_and_gyro, value);
+    CHECK(strstr(test_reply_text(&both, "/unidentifiable/0"), "shift of series 1") != NULL);
+    test_reply_free(&both);
+    // a rough gyroscope does not tell which of the swings it sees
+    unsigned long long seed = 9;
+    for (int i = 0; i < ROWS; i++)
+        gyro[i] = number(&from, "/phid/", 60 + i, "/0") + 0.4 * test_noise(&seed);
+    struct test_reply rough =
+        fitted(GUESS SOUGHT ",{\"vary\":\"shift\",\"series\":2}]", t, ROWS,
+               (const char *[2]){film_and_gyro[0], "\"thetad\":1,\"sigma\":0.4"}, value);
+    CHECK(strstr(test_reply_text(&rough, "/hints/0"), "shift of series 2 may be") != NULL);
+    test_reply_free(&rough);
+    for (size_t i = 0; i < sizeof refused / sizeof *refused; i++) {
+        char body[600];
+        snprintf(body, sizeof body,
+                 GUESS
+                 "\"data\":{\"t\":[0,1],\"series\":[{\"theta\":1,\"values\":[0,1]},{\"thetad\":1,"
+                 "\"values\":[0,1]}]},\"unknowns\":[%s]}",
+                 refused[i][0]);
+        struct test_reply reply = test_post(API_OP_FITS, body);
+        CHECK_SAYING(reply.status == 422 && strstr(reply.out.data, refused[i][1]), "%s: %s",
+                     refused[i][0], reply.out.data);
+        test_reply_free(&reply);
+    }
+    test_reply_free(&from);
+}
