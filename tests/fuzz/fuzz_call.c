@@ -18,8 +18,8 @@
 #include "tests/harness/test.h"
 #endif
 
-enum { ROOM = 1 << 14, RUN_CAP = 100000, FORMATS = 8, OPS = 13, SCENE = 8, OEMBED = 12 };
-static_assert('0' + 2 * FORMATS * OPS <= 256, "every request in every form has a first byte");
+enum { ROOM = 1 << 14, RUN_CAP = 100000, FORMATS = 8, OPS = 15, SCENE = 8, OEMBED = 12 };
+static_assert(2 * FORMATS * OPS <= 256, "every request in every form has a first byte");
 
 /* small limits, so that whatever is asked for is soon done or refused, and some members, of 30
  * steps at most, come to their end */
@@ -295,7 +295,8 @@ static const char *complaint(const uint8_t *data, size_t bytes, int *status) {
     static const enum api_op_id ops[OPS] = {
         API_OP_TRAJECTORIES, API_OP_FORCES,    API_OP_MODES,    API_OP_TREES,
         API_OP_ENSEMBLES,    API_OP_EQUATIONS, API_OP_LYAPUNOV, API_OP_SECTIONS,
-        API_OP_TRAJECTORIES, API_OP_RESPONSE,  API_OP_FITS,     API_OP_ORBITS};
+        API_OP_TRAJECTORIES, API_OP_RESPONSE,  API_OP_FITS,     API_OP_ORBITS,
+        API_OP_TREES,        API_OP_TABLES,    API_OP_TRIALS};
     static const char *const accepts[FORMATS] = {NULL,
                                                  "text/csv, */*;q=0.1",
                                                  "application/x-ndjson, */*;q=0.1",
@@ -304,7 +305,7 @@ static const char *complaint(const uint8_t *data, size_t bytes, int *status) {
                                                  "application/x-hdf5, */*;q=0.1",
                                                  "application/x-matlab-data, */*;q=0.1",
                                                  "application/vnd.apache.parquet, */*;q=0.1"};
-    unsigned first = bytes ? data[0] - (unsigned)'0' : 0;
+    unsigned first = bytes ? (uint8_t)(data[0] - '0') : 0;
     struct api_limits limits = fuzz_limits();
     OWN(api_call, free) *call = NULL;
     OWN(api_buffer, clear) out = {0};
@@ -370,7 +371,7 @@ static const char *const seeds[] = {
     "<url=https://h:1/?sheet=period&maxheight=5&x=[1,2]",
     "0{" ARMS ",\"initial\":{\"theta\":[0.1,-0.2],\"thetad\":[1,0],\"unit\":\"deg\"},\"times\":[0,"
     "0.5,1],\"method\":\"rkf45\",\"rtol\":1e-6,\"atol\":1e-9}",
-    "={" LISTS ",\"times\":{\"start\":0,\"stop\":1,\"step\":0.1},\"output\":[\"phi\",\"phid\","
+    "0{" LISTS ",\"times\":{\"start\":0,\"stop\":1,\"step\":0.1},\"output\":[\"phi\",\"phid\","
     "\"phidd\",\"theta\",\"z\","
     "\"zd\",\"lambda\",\"energy\"],\"digits\":6,\"precision\":\"double\"}",
     "0{" PAPER ",\"initial\":{\"mode\":2,\"amplitude\":0.1},\"times\":{\"start\":1,\"stop\":-1,"
@@ -378,12 +379,18 @@ static const char *const seeds[] = {
     "0{" ARMS ",\"times\":{\"stop\":2,\"count\":50},\"method\":\"ode23\"}",
     "0{" PAPER ",\"times\":{\"stop\":0.5,\"count\":5},\"method\":\"msadams\"}",
     "1{" LISTS ",\"state\":{\"phi\":[1,2,3,4],\"phid\":[0.1,0.2,0.3,0.4]}}",
-    ">{" PAPER ",\"states\":[{},{\"phi\":[1,2,3]},{\"mode\":1,\"amplitude\":3,\"unit\":\"deg\"}],"
+    "1{" PAPER ",\"states\":[{},{\"phi\":[1,2,3]},{\"mode\":1,\"amplitude\":3,\"unit\":\"deg\"}],"
     "\"digits\":3}",
     "2{" LISTS ",\"select\":{\"slowest\":2},\"vectors\":true,\"normalize\":\"mass\",\"include\":["
     "\"A\",\"M\",\"S\",\"B\"],\"initial\":{\"phi\":[0,0,0,0]}}",
     "2{" ARMS ",\"select\":{\"from\":0,\"to\":9},\"vectors\":false}",
     "3{" ARMS "}",
+    "={" ARMS
+    ",\"data\":{\"csv\":\"t;theta_1 (deg);err;x_2\\n0;20;1;0,1\\n0,1;19;1;-\\n0,2;1;1;2\\n\","
+    "\"columns\":[null,\"theta_1\"]},\"include\":[\"data\"]}",
+    ">{\"trials\":[{\"length\":0.25,\"amplitude\":10,\"period\":1},{\"length\":1,\"mass\":2,"
+    "\"period\":"
+    "null},{\"length\":1,\"period\":2}],\"law\":\"power\",\"unit\":\"deg\",\"sigma\":0.01}",
     "3{" PAPER "}",
     "3{" REAL "}",
     "3{" DRIVEN "}",
@@ -578,7 +585,7 @@ TEST(fuzz_call_answers_the_seeds) {
             int status = 0;
             snprintf(text, sizeof text, "%s", seeds[i]);
             in_form(text, form);
-            sound(text, strlen(text), &status);
+            sound(text, strlen(seeds[i]), &status);
             /* matrices go into JSON only, and every Accept allows it */
             CHECK_SAYING(status == 200, "%s gets %d", text, status);
         }
