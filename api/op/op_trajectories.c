@@ -18,6 +18,7 @@
 #include "api/read/state_json.h"
 #include "api/read/times_json.h"
 #include "core/extended/trust.h"
+#include "core/integrate/pieces/pieces.h"
 
 static const char *const fields[] = {"pendulum", "initial", "times",    "method",      "rtol",
                                      "atol",     "step",    "output",   "digits",      "precision",
@@ -94,11 +95,11 @@ static void read_trust(struct trajectory *trajectory, const struct api_value *ro
                         least, most);
         return;
     }
-    if (value != 0 && trajectory->tree.rules)
+    if (value != 0 && !pend_pieces_smooth(trajectory->tree.terms))
         api_value_fault(&field, problem,
                         API_CODE_UNSUPPORTED
-                        "compares with 32 digits, which motions in pieces do not have: compare "
-                        "with an rtol of 1e-15");
+                        "compares with 32 digits, which dry friction and stops do not have: "
+                        "compare with an rtol of 1e-15");
     trajectory->trust_tolerance = kind == API_BOOL && value != 0 ? usual : value;
 }
 

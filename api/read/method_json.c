@@ -3,6 +3,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "core/integrate/pieces/pieces.h"
+
 enum { METHODS = 15 };
 
 static const struct pend_method *read_method(const struct api_value *value,
@@ -83,12 +85,16 @@ void api_method_read(struct api_method *method, const struct api_value *root,
         api_tree_ideal(tree, &name, "method linear", problem);
         api_tree_modes_allowed(tree, &name, tree->n, "method linear", limits, problem);
     }
-    if (known && tree->rules && known != &pend_method_taylor)
+    int extended = known == pend_method_taylor.extended;
+    if (known && !pend_pieces_method(known, tree->terms))
         api_value_fault(
-            known == pend_method_taylor.extended ? API_MEMBER(root, "precision") : &name, problem,
-            API_CODE_UNSUPPORTED
-            "motions in pieces, by tables, controllers, dry friction or stops, are computed by "
-            "\"taylor\" in double precision: leave it out; an rtol of 1e-15 gives the most digits");
+            extended ? API_MEMBER(root, "precision") : &name, problem,
+            extended ? API_CODE_UNSUPPORTED
+                "dry friction without a \"speed\" and stops are computed in double precision: "
+                "leave it out; an rtol of 1e-15 gives the most digits"
+                     : API_CODE_UNSUPPORTED
+                "motions in pieces, by tables, controllers, dry friction or stops, are computed "
+                "by \"taylor\": leave it out; an rtol of 1e-15 gives the most digits");
     const struct pend_loads *loads = &tree->loads;
     if (known && known->flags & PEND_METHOD_CONSERVES && loads->terms &&
         !pend_terms_conserve(loads->terms, loads->value))

@@ -115,6 +115,11 @@ void pend_extended_free(struct pend_extended **extended) {
 
 int pend_extended_order(const struct pend_extended *e) { return e->motion.order; }
 
+void pend_extended_value(struct pend_extended *e, const double value[]) {
+    const struct extended_motion *m = &e->motion;
+    if (m->terms) memcpy(m->value, value, (size_t)m->terms->count * sizeof *value);
+}
+
 void pend_extended_start(struct pend_extended *e, const struct pend_loads *loads,
                          const struct pend_extended_state *state, double start, double stop) {
     struct extended_motion *m = &e->motion;
@@ -126,7 +131,7 @@ void pend_extended_start(struct pend_extended *e, const struct pend_loads *loads
         m->to.rate[k] = state->rate[k];
         m->to.rate_low[k] = state->rate_low ? state->rate_low[k] : 0;
     }
-    if (m->terms) memcpy(m->value, loads->value, (size_t)m->terms->count * sizeof *m->value);
+    pend_extended_value(e, loads->value);
     m->start = start, m->to.time = 0, m->stop = stop, m->gravity = loads->gravity;
     m->unit = copysign(pend_taylor_first_unit(m->n, loads, m->len, state->rate), stop);
     e->unit = m->unit, e->steps = 0;

@@ -13,11 +13,13 @@
 
 struct extended_stepper {
     struct pend_extended *extended;
+    const double *value; /* the numbers of the terms, which change from piece to piece */
     int n;
     long steps;
     int gives;     /* whether to integrate the work of drives and the heat of friction */
     double before; /* s, the start of the last step */
     struct pend_exchange exchange;
+    double end[]; /* 4 n: the state at the end of the last step */
 };
 
 static void extended_stepper_close(void **stepper) {
@@ -29,7 +31,8 @@ static void extended_stepper_close(void **stepper) {
 
 static enum pend_status extended_stepper_open(void **stepper, const struct pend_problem *problem,
                                               struct pend_error *error) {
-    struct extended_stepper *x = calloc(1, sizeof *x);
+    size_t rows = 4 * (size_t)problem->tree->n * sizeof(double);
+    struct extended_stepper *x = calloc(1, sizeof *x + rows);
     *stepper = NULL;
     if (!x) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a run");
     enum pend_status status =
@@ -48,6 +51,7 @@ static enum pend_status extended_stepper_open(void **stepper, const struct pend_
     double span = pend_times_at(times, times->count - 1) - pend_times_at(times, 0);
     pend_extended_start(x->extended, &problem->loads, &start, pend_times_at(times, 0), span);
     x->n = problem->tree->n;
+    x->value = problem->loads.value;
     x->gives =
         problem->loads.terms && !pend_terms_conserve(problem->loads.terms, problem->loads.value);
     x->exchange.order = pend_extended_order(x->extended);
@@ -70,6 +74,7 @@ static enum pend_status extended_stepper_step(void *stepper, double limit, doubl
     if (x->gives && x->steps) pend_exchange_add(&x->exchange);
     x->before = before;
     pend_extended_stop(x->extended, limit);
+    pend_extended_value(x->extended, x->value);
     enum pend_extended_stage stage = pend_extended_step(x->extended);
     x->steps++;
     if (x->gives) extended_stepper_power(x);
@@ -112,9 +117,20 @@ static struct pend_stepper_counts extended_stepper_counts(const void *stepper) {
                                         .evaluations = x->steps * pend_extended_order(x->extended)};
 }
 
+static struct pend_start extended_stepper_end(const void *stepper) {
+    const struct extended_stepper *x = stepper;
+    double *at = (double *)x->end;
+    size_t n = (size_t)x->n;
+    struct pend_extended_state end = {at, at + n, at + 2 * n, at + 3 * n};
+    pend_extended_end(x->extended, &end);
+    return (struct pend_start){pend_extended_time(x->extended), end.phi, end.phi_low, end.rate,
+                               end.rate_low};
+}
+
 static void extended_stepper_carry(void *stepper, struct pend_checkpoint *checkpoint) {
     struct extended_stepper *x = stepper;
     pend_checkpoint_counts(checkpoint, &x->steps, 1);
+    pend_extended_value(x->extended, x->value);
     pend_extended_carry(x->extended, checkpoint);
     if (!x->gives) return;
     pend_checkpoint_row(checkpoint, &x->before, 1);
@@ -126,7 +142,8 @@ static void extended_stepper_carry(void *stepper, struct pend_checkpoint *checkp
 const struct pend_method pend_method_taylor_extended = {
     .name = "taylor",
     .summary = "Power series of the motion with about 32 digits: the reference for other answers.",
-    .flags = PEND_METHOD_TOLERANCES | PEND_METHOD_SERIES | PEND_METHOD_THETA | PEND_METHOD_TERMS,
+    .flags = PEND_METHOD_TOLERANCES | PEND_METHOD_SERIES | PEND_METHOD_THETA | PEND_METHOD_TERMS |
+             PEND_METHOD_EXTENDED,
     .rtol_default = 1e-28,
     .rtol_min = PEND_EXTENDED_RTOL_MIN,
     .rtol_max = 1e-1,
@@ -139,5 +156,6 @@ const struct pend_method pend_method_taylor_extended = {
     .counts = extended_stepper_counts,
     .exchange = extended_stepper_exchange,
     .carry = extended_stepper_carry,
+    .end = extended_stepper_end,
     .close = extended_stepper_close,
 };

@@ -57,6 +57,7 @@ enum {
     PEND_METHOD_CONSERVES = 128, /* supports only terms for which pend_terms_conserve is true */
     PEND_METHOD_FORWARD = 256,   /* integrates backwards only without dissipation, whose growth an
                                   * implicit method would damp */
+    PEND_METHOD_EXTENDED = 512,  /* about 32 digits */
     PEND_METHOD_THETA = 32,      /* `at` also fills theta, with as many digits as the initial state
                                   * has */
     PEND_METHOD_SERIES =
@@ -157,7 +158,8 @@ struct pend_method {
      * step. Its work and heat then end at t. NULL if a method does not support motions in
      * pieces. */
     void (*cut)(void *stepper, double t);
-    /** Returns the state at the end of the last step, valid until the next step. NULL as `cut`. */
+    /** Returns the state at the end of the last step, valid until the next step. With `end` alone a
+     * method supports pieces that end at known instants. NULL if it supports none. */
     struct pend_start (*end)(const void *stepper);
     /** Replaces the state from which the next step starts; see pend_start. NULL as `cut`. */
     void (*put)(void *stepper, const struct pend_start *start);

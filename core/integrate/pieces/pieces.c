@@ -210,10 +210,11 @@ static void pieces_close(void **stepper) {
     *stepper = NULL;
 }
 
-static enum pend_status pieces_open(void **stepper, const struct pend_problem *problem,
-                                    struct pend_error *error) {
+static enum pend_status pieces_open_of(void **stepper, const struct pend_method *inner,
+                                       const struct pend_problem *problem,
+                                       struct pend_error *error) {
     const struct pend_times *times = &problem->times;
-    struct pieces *p = *stepper = pieces_allocate(&pend_method_taylor, problem);
+    struct pieces *p = *stepper = pieces_allocate(inner, problem);
     if (!p) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for a motion in pieces");
     double first = times->count ? pend_times_at(times, 0) : times->start;
     double last = times->count ? pend_times_at(times, times->count - 1) : first;
@@ -231,6 +232,16 @@ static enum pend_status pieces_open(void **stepper, const struct pend_problem *p
     if (status != PEND_OK) pieces_close(stepper);
     assert(status != PEND_OK || pieces_valid(p));
     return status;
+}
+
+static enum pend_status pieces_open(void **stepper, const struct pend_problem *problem,
+                                    struct pend_error *error) {
+    return pieces_open_of(stepper, &pend_method_taylor, problem, error);
+}
+
+static enum pend_status pieces_open_extended(void **stepper, const struct pend_problem *problem,
+                                             struct pend_error *error) {
+    return pieces_open_of(stepper, pend_method_taylor.extended, problem, error);
 }
 
 /* ---- steps */
@@ -350,23 +361,29 @@ static void pieces_carry(void *stepper, struct pend_checkpoint *checkpoint) {
 
 /* ---- methods in pieces */
 
-static const struct pend_method pieces_taylor = {
-    .name = "taylor",
-    .summary = "Power series of the motion, piece by piece.",
-    .flags = PEND_METHOD_TOLERANCES | PEND_METHOD_SERIES | PEND_METHOD_THETA | PEND_METHOD_TERMS,
-    .open = pieces_open,
-    .step = pieces_step,
-    .at = pend_pieces_at,
-    .counts = pieces_counts,
-    .exchange = pieces_exchange,
-    .series = pieces_series,
-    .carry = pieces_carry,
-    .close = pieces_close};
+#define PIECES_COMMON                                                                              \
+    .name = "taylor", .summary = "Power series of the motion, piece by piece.",                    \
+    .step = pieces_step, .at = pend_pieces_at, .counts = pieces_counts,                            \
+    .exchange = pieces_exchange, .carry = pieces_carry, .close = pieces_close
+
+enum {
+    PIECES_FLAGS =
+        PEND_METHOD_TOLERANCES | PEND_METHOD_SERIES | PEND_METHOD_THETA | PEND_METHOD_TERMS
+};
+
+static const struct pend_method pieces_taylor = {PIECES_COMMON, .flags = PIECES_FLAGS,
+                                                 .open = pieces_open, .series = pieces_series};
+
+static const struct pend_method pieces_extended = {
+    PIECES_COMMON, .flags = PIECES_FLAGS | PEND_METHOD_EXTENDED, .open = pieces_open_extended};
 
 const struct pend_method *pend_pieces_method(const struct pend_method *method,
                                              const struct pend_terms *terms) {
     if (!terms || !terms->rules) return method;
-    return method == &pend_method_taylor ? &pieces_taylor : NULL;
+    if (method == &pend_method_taylor) return &pieces_taylor;
+    // joints need roots, impulses and rigid bodies in 32 digits
+    int known = method == pend_method_taylor.extended && pend_pieces_smooth(terms);
+    return known ? &pieces_extended : NULL;
 }
 
 const char *pend_pieces_unestimated(const struct pend_terms *terms) {
@@ -400,6 +417,11 @@ int pend_pieces_struck(const struct pend_method *method, const void *stepper, in
     const struct pieces *p = stepper;
     int event = method->step == pieces_step && p->joints && p->ended == PIECES_EVENT;
     return event ? p->joints->struck[k] : 0;
+}
+
+int pend_pieces_ends(const struct pend_method *method, const void *stepper) {
+    const struct pieces *p = stepper;
+    return method->step == pieces_step && p->ended;
 }
 
 const double *pend_pieces_control(const struct pend_method *method, const void *stepper) {

@@ -9,7 +9,8 @@
 
 /**
  * Returns the method that computes a pendulum's motion in pieces by steps of `method`; `method`
- * itself for a pendulum without rules; NULL if `method` does not support pieces. O(1).
+ * itself for a pendulum without rules; NULL if `method` does not support pieces. In 32 digits
+ * pieces end at known instants only: joints that hold, stick or hit a stop are not supported. O(1).
  *
  * At an instant at which a piece ends, its `at` fills in the state before the change.
  */
@@ -37,6 +38,9 @@ PEND_MUST_CHECK enum pend_status pend_pieces_check_smooth(const struct pend_term
  * of another method those of the problem. They are valid as long as the stepper. O(1). */
 struct pend_loads pend_pieces_loads(const struct pend_method *method, const void *stepper,
                                     const struct pend_loads *loads);
+
+/** Returns non-zero if the last step ended a piece. O(1). */
+int pend_pieces_ends(const struct pend_method *method, const void *stepper);
 
 /** Returns the state of a motion's controllers (control.h); NULL without controllers. It is valid
  * as long as the stepper. O(1). */

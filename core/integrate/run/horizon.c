@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/integrate/pieces/pieces.h"
 #include "core/integrate/run/neighbour.h"
 #include "core/taylor/jets/jets.h"
 #include "core/taylor/taylor_order.h"
@@ -61,7 +62,7 @@ PEND_VALIDATOR horizon_valid(const struct pend_horizon *horizon) {
 static enum horizon_way horizon_way(const struct pend_method *method) {
     if (method->series) return HORIZON_SERIES;
     if (method->spread) return HORIZON_METHOD;
-    return method == pend_method_taylor.extended ? HORIZON_EXTENDED : HORIZON_ANEW;
+    return method->flags & PEND_METHOD_EXTENDED ? HORIZON_EXTENDED : HORIZON_ANEW;
 }
 
 static void horizon_view(struct pend_horizon *horizon, double *at, size_t stride) {
@@ -346,7 +347,8 @@ void pend_horizon_step(struct pend_horizon *horizon, void *stepper, double reach
         horizon_note(horizon, reached, ratio);
         horizon->time = reached, horizon->ratio = ratio;
     } else if (fabs(reached - horizon->settled) >= often * horizon->reach ||
-               fabs(reached) >= fabs(horizon->end_time)) {
+               fabs(reached) >= fabs(horizon->end_time) ||
+               pend_pieces_ends(horizon->method, stepper)) {
         horizon_anew(horizon, reached, phi, rate);
     }
     assert(horizon_valid(horizon));

@@ -88,12 +88,14 @@ static enum pend_status run_check_terms(const struct pend_method *method,
                          "method %s does not support friction, drives, springs, rods or bodies: "
                          "use method taylor, or rkf45, rk8pd, msadams or ode23",
                          method->name);
-    if (!pend_pieces_method(method, loads->terms))
+    if (!pend_pieces_method(method, loads->terms)) {
+        int extended = method->flags & PEND_METHOD_EXTENDED;
         return pend_fail(error, PEND_INVALID, -1, 0,
-                         "method %s does not support input tables, controllers, dry friction or "
-                         "stops: use method taylor in double precision",
-                         method == pend_method_taylor.extended ? "taylor in 32 digits"
-                                                               : method->name);
+                         "method %s does not support %sdry friction or stops: use method taylor in "
+                         "double precision",
+                         extended ? "taylor in 32 digits" : method->name,
+                         extended ? "" : "input tables, controllers, ");
+    }
     if (method->flags & PEND_METHOD_CONSERVES && !pend_terms_conserve(loads->terms, loads->value))
         return pend_fail(error, PEND_INVALID, -1, 0,
                          "method %s conserves the energy, also of springs, rods and bodies, so it "

@@ -225,6 +225,55 @@ TEST(derivatives_and_fits_pass_through_tables) {
     CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
 }
 
+/* data of a damped arm along a spline by SciPy's DOP853 */
+TEST(fits_along_a_pivot_find_the_length_the_friction_and_the_start) {
+    struct test_reply reply = test_post(
+        API_OP_FITS,
+        "{\"pendulum\":{\"arms\":[{\"length\":0.5,\"mass\":1,\"damping\":0.02}],\"pivot\":{\"x\":{"
+        "\"table\":{\"t\":[0,0.5,1,1.5,2],\"value\":[0,0.2,-0.1,0.15,0]}}}},\"initial\":{\"theta\":"
+        "["
+        "0.3]},\"data\":{\"t\":[0,0.25,0.5,0.75,1,1.25,1.5,1.75,2],\"series\":[{\"theta\":1,"
+        "\"values\":[0.4,0.20289632147,0.040437830465,0.22437326054,0.06146472391,-0.61844125563,"
+        "-0.64546187715,0.34466036784,1.0990923046]}]},\"unknowns\":[{\"vary\":\"length\",\"arm\":"
+        "1},"
+        "{\"vary\":\"damping\",\"arm\":1},{\"vary\":\"theta\",\"arm\":1}]}");
+    static const double want[] = {0.43, 0.05, 0.4};
+    double worst = 0;
+    CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
+    for (int i = 0; i < 3; i++) {
+        char pointer[40];
+        snprintf(pointer, sizeof pointer, "/unknowns/%d/value", i);
+        worst = fmax(worst, fabs(test_reply_number(&reply, pointer) - want[i]));
+    }
+    CHECK_RESIDUAL(worst, 1e-10, "unknowns along a spline");
+    test_reply_free(&reply);
+}
+
+/* a double pendulum after 24 s of chaos: digits of a computation in 40 digits by multipliers,
+ * which doubles have lost */
+TEST(numbers_of_32_digits_follow_a_table_where_doubles_are_lost) {
+    static const double want[] = {19.72879081980146, 7.421768452722298};
+    for (int extended = 0; extended < 2; extended++) {
+        char body[600];
+        snprintf(
+            body, sizeof body,
+            "{\"pendulum\":{\"arms\":[{\"length\":1,\"mass\":1,\"torque\":{\"table\":{\"t\":[0,5,"
+            "10,15,20,40],\"value\":[1,-2,1.5,-0.5,1,0],\"hold\":\"zero\"}}},{\"parent\":\"1\","
+            "\"length\":1,\"mass\":1}]},\"initial\":{\"theta\":[2,2.5]},\"times\":[0,16,24],"
+            "\"output\":[\"theta\"],%s}",
+            extended ? "\"precision\":\"extended\"" : "\"rtol\":1e-15,\"trust\":true");
+        struct test_reply reply = test_post(API_OP_TRAJECTORIES, body);
+        double worst = 0;
+        CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
+        for (int k = 0; k < 2; k++)
+            worst = fmax(worst, fabs(number(&reply, "theta", 2, k) - want[k]));
+        CHECK_SAYING(extended ? worst < 1e-14 : worst > 1e-4, "%g", worst);
+        CHECK(test_reply_number(&reply, extended ? "/stats/horizon" : "/stats/trust_until") ==
+              (extended ? 24 : 16));
+        test_reply_free(&reply);
+    }
+}
+
 /* a bar whose pivot follows a spline: the digits of a Taylor solver in 30 digits */
 TEST(a_pivot_follows_the_natural_spline_through_its_places) {
     static const char pendulum[] = "\"arms\":[{" BAR "}],\"pivot\":{\"x\":{\"table\":{\"t\":[0,"

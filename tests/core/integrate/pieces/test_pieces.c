@@ -118,14 +118,19 @@ TEST(tables_go_backwards_as_they_went_forwards) {
 
 TEST(pieces_give_the_same_bits_however_the_blocks_are_cut_and_carried) {
     static struct driven d;
-    OWN(test_record, clear) whole, carried;
-    driven_open(&d, 1, 0, 1.2);
-    d.problem.accuracy = 1e-6;
-    test_record_blocks(&whole, &pend_method_taylor, &d.problem, INSTANTS, INFINITY);
-    test_record_carried(&carried, &pend_method_taylor, &d.problem, 3, 1);
-    CHECK(whole.status == PEND_OK && carried.status == PEND_OK && carried.calls > 5);
-    CHECK(test_record_same(&whole, &carried) && whole.stats.steps == carried.stats.steps);
-    driven_close(&d);
+    for (int extended = 0; extended < 2; extended++) {
+        const struct pend_method *method =
+            extended ? pend_method_taylor.extended : &pend_method_taylor;
+        OWN(test_record, clear) whole, carried;
+        driven_open(&d, 1, 0, 1.2);
+        d.problem.accuracy = 1e-6;
+        test_record_blocks(&whole, method, &d.problem, INSTANTS, INFINITY);
+        test_record_carried(&carried, method, &d.problem, 3, 1);
+        CHECK(whole.status == PEND_OK && carried.status == PEND_OK && carried.calls > 5);
+        CHECK(test_record_same(&whole, &carried) && whole.stats.steps == carried.stats.steps);
+        CHECK(whole.stats.horizon == 1.2);
+        driven_close(&d);
+    }
 }
 
 /* the same rod with dry friction by which it sticks, and a stop that it hits */
