@@ -22,10 +22,11 @@ const SHORTEST_SPAN = 20;
 const GROUPS = {
   first: ["single", "side-by-side", "double", "upright"],
   surprising: ["kapitza", "coupled", "two-to-one", "chaotic-double"],
-  driven: ["double-bars", "driven-damped", "laboratory-double", "metronome-cart"],
+  driven: ["double-bars", "driven-damped", "laboratory-double", "metronome-cart", "bar-on-stop"],
   trees: ["triple", "non-standard-triple", "paper-four-arms", "chain-10", "star", "binary-4"],
   more: [],
 };
+GROUPS.driven.push("clock");
 GROUPS.trees.push("whip", "thor", "octopus", "mobile");
 
 /** @typedef {import("./preset_picture.js").Preset} Preset */

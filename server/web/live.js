@@ -91,6 +91,10 @@ export function createLive({ store, motion, clock }) {
     const how = { label: "physics", merge: `physics ${name}` };
     if (row <= 0) return store.set({ pendulum }, how);
     const initial = stateAt(track, row);
+    const { table } = pendulum.pivot?.x ?? {};
+    // the motion ends with the places of its pivot
+    const left = table ? (table.t[table.t.length - 1] - time) / span.step : Infinity;
+    span.stop = Math.min(span.stop, Math.floor(left - 1e-6) * span.step);
     const ghosts = doc.ghosts.length ? { ghosts: onward(motion, doc.ghosts, row) } : {};
     motion.proceed(row);
     store.set({ pendulum, initial, span: { start: time, ...span }, ...ghosts }, how);

@@ -5,7 +5,7 @@
 // Invariant: nothing is drawn of what a pendulum has not, and then nothing is computed.
 
 import { across, down } from "./paint.js";
-import { centerOf, shakes, strongest, termOf, torqueAt } from "./terms.js";
+import { centerOf, farOf, shakes, strongest, termOf, torqueAt } from "./terms.js";
 
 const SPRING_TURNS = 2.5;
 const BAR = 7; // pixels of half the width of the heaviest bar
@@ -168,9 +168,7 @@ function paintMotors({ context }, { shape, camera, colours }) {
 /** Where a pivot that shakes can be. @param {Painter} painter @param {Look} look */
 function paintWay({ context }, { shape, camera, colours }) {
   const { pivot } = shape.tree;
-  const far = (/** @type {Axis | undefined} */ axis) =>
-    (axis?.harmonics ?? []).reduce((sum, { amplitude }) => sum + Math.abs(amplitude), 0);
-  const [x, y] = [camera.scale * far(pivot?.x), camera.scale * far(pivot?.y)];
+  const [x, y] = [camera.scale * farOf(pivot?.x), camera.scale * farOf(pivot?.y)];
   context.strokeStyle = colours.quiet;
   context.globalAlpha = 0.5;
   context.lineWidth = 1;
@@ -208,11 +206,31 @@ function paintCart({ context }, { shape, camera, colours }) {
   context.restore();
 }
 
+/** Stops as lines from their joints. @param {Painter} painter @param {Look} look */
+function paintStops({ context }, { shape, camera, colours }) {
+  const { tree, fromX, fromY, phi } = shape;
+  context.strokeStyle = colours.quiet;
+  context.lineWidth = 3;
+  context.beginPath();
+  tree.parent.forEach((carrier, k) => {
+    const { min = NaN, max = NaN } = termOf(tree, "stop", k) ?? {};
+    const [px, py] = [across(camera, fromX[k]), down(camera, fromY[k])];
+    const long = 0.6 * camera.scale * tree.length[k];
+    for (const angle of [min, max].filter(Number.isFinite)) {
+      const at = angle + (carrier ? phi[carrier - 1] : -Math.PI / 2);
+      context.moveTo(px, py);
+      context.lineTo(px + long * Math.cos(at), py - long * Math.sin(at));
+    }
+  });
+  context.stroke();
+}
+
 /** What lies under the arms. @param {Painter} painter @param {Look} look */
 export function paintUnder(painter, look) {
   const { tree } = look.shape;
   if (tree.pivot?.cart) paintCart(painter, look);
   else if (tree.pivot && shakes(tree)) paintWay(painter, look);
+  if (tree.stop) paintStops(painter, look);
   if (tree.rod) paintBars(painter, look);
   if (tree.body) paintBodies(painter, look);
 }

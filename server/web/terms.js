@@ -78,11 +78,11 @@ export function smoothOf(tree) {
 }
 
 /**
- * Whether the motion is in pieces: by controllers, stops, friction that sticks or a torque's table.
+ * Whether the motion is in pieces: by controllers, stops, friction that sticks or tables.
  * @param {Tree} tree
  */
-export const inPieces = ({ control, stop, friction, torque }) =>
-  Boolean(control || stop) ||
+export const inPieces = ({ control, stop, friction, torque, pivot }) =>
+  Boolean(control || stop || pivot?.x?.table || pivot?.y?.table) ||
   Boolean(friction?.some((one) => one && !one.speed)) ||
   Boolean(torque?.some((one) => typeof one === "object" && one?.table));
 
@@ -103,7 +103,11 @@ const waves = (value) =>
   !there(value) ||
   (Array.isArray(value) && value.every((one) => number(one?.amplitude) && number(one?.omega)));
 /** @param {any} axis */
-const moves = (axis) => !there(axis) || (typeof axis === "object" && waves(axis.harmonics));
+const moves = (axis) =>
+  !there(axis) ||
+  (typeof axis === "object" &&
+    waves(axis.harmonics) &&
+    (!there(axis.table) || (place(axis.table.t?.slice(0, 2)) && axis.table.value?.every(number))));
 
 /**
  * What an entry of a list must be for the page to draw it.
@@ -190,10 +194,48 @@ export function waveAt(harmonics, t) {
   return sum;
 }
 
-/** How far the harmonics of the pivot can take it, m. @param {Tree} tree */
-export function shakes({ pivot }) {
-  const waves = [...(pivot?.x?.harmonics ?? []), ...(pivot?.y?.harmonics ?? [])];
-  return waves.reduce((sum, { amplitude }) => sum + Math.abs(amplitude), 0);
+/** The most that harmonics and a table can be. @param {Axis} [axis] */
+export const farOf = ({ harmonics = [], table } = {}) =>
+  harmonics.reduce((sum, { amplitude }) => sum + Math.abs(amplitude), 0) +
+  (table ? table.value.reduce((most, one) => Math.max(most, Math.abs(one)), 0) : 0);
+
+/** How far harmonics and tables of the pivot can take it, m. @param {Tree} tree */
+export const shakes = ({ pivot }) => farOf(pivot?.x) + farOf(pivot?.y);
+
+/** Second derivatives of natural splines. @type {WeakMap<PlaceTable, number[]>} */
+const BENDS = new WeakMap();
+
+/** @param {PlaceTable} table */
+function bendsOf(table) {
+  const { t, value } = table;
+  const known = BENDS.get(table);
+  if (known) return known;
+  const [bend, part] = [t.map(() => 0), t.map(() => 0)];
+  for (let i = 1; i < t.length - 1; i++) {
+    const [before, after] = [t[i] - t[i - 1], t[i + 1] - t[i]];
+    const turn = (value[i + 1] - value[i]) / after - (value[i] - value[i - 1]) / before;
+    const divisor = 2 * (before + after) - before * part[i - 1];
+    part[i] = after / divisor;
+    bend[i] = (6 * turn - before * bend[i - 1]) / divisor;
+  }
+  for (let i = t.length - 2; i > 0; i--) bend[i] -= part[i] * bend[i + 1];
+  BENDS.set(table, bend);
+  return bend;
+}
+
+/** A coordinate of the pivot at a time, m. @param {Axis | undefined} axis @param {number} time s */
+export function placeAt(axis, time) {
+  const waves = waveAt(axis?.harmonics, time);
+  if (!axis?.table) return waves;
+  const { t, value } = axis.table;
+  const bend = bendsOf(axis.table);
+  let k = 0;
+  while (k < t.length - 2 && t[k + 1] <= time) k++;
+  const h = t[k + 1] - t[k];
+  const b = Math.max(0, Math.min(1, (time - t[k]) / h));
+  const a = 1 - b;
+  const curve = (a * a - 1) * a * bend[k] + (b * b - 1) * b * bend[k + 1];
+  return waves + a * value[k] + b * value[k + 1] + (curve * h * h) / 6;
 }
 
 /**
@@ -222,12 +264,7 @@ function tableAt(table, time) {
 export function strongest(tree, k) {
   const torque = termOf(tree, "torque", k);
   if (torque === null || typeof torque === "number") return Math.abs(torque ?? 0);
-  const waves = torque.harmonics ?? [];
-  return (
-    Math.abs(torque.constant ?? 0) +
-    waves.reduce((sum, one) => sum + Math.abs(one.amplitude), 0) +
-    (torque.table?.value ?? []).reduce((most, one) => Math.max(most, Math.abs(one)), 0)
-  );
+  return Math.abs(torque.constant ?? 0) + farOf(torque);
 }
 
 /**

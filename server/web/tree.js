@@ -4,7 +4,7 @@
 // Invariant: arms are numbered from 1, 0 is the pivot; trees made here are valid, what is given
 // stays as it was.
 
-import { ROWS, centerOf, hangsAt, massOf, shakes, termOf, waveAt, withTerm } from "./terms.js";
+import { ROWS, centerOf, hangsAt, massOf, placeAt, shakes, termOf, withTerm } from "./terms.js";
 
 /**
  * Indices (from 0) of all arms such that every parent comes before its children.
@@ -54,8 +54,8 @@ export const createSpots = (n, apart = 0) => ({
  * @param {number} cart the place of the cart, where the pivot is on one, m
  */
 export function pivotAt(tree, time, pivot, cart = 0) {
-  pivot.x = waveAt(tree.pivot?.x?.harmonics, time);
-  pivot.y = waveAt(tree.pivot?.y?.harmonics, time);
+  pivot.x = placeAt(tree.pivot?.x, time);
+  pivot.y = placeAt(tree.pivot?.y, time);
   if (!tree.pivot?.cart) return;
   const { angle = 0 } = tree.pivot.cart;
   pivot.x += cart * Math.cos(angle);

@@ -44,8 +44,12 @@ interface TorqueTable {
     outside?: "hold" | "zero";
 }
 
+/** Places of a pivot at instants, m, with a natural spline through them. */
+type PlaceTable = Pick<TorqueTable, "t" | "value">;
+
 interface Axis {
     harmonics?: Harmonic[];
+    table?: PlaceTable;
 }
 
 /** What a real pendulum has beyond an ideal one, as requests have it: one entry an arm. */

@@ -114,8 +114,8 @@ export async function stops_sticking_friction_and_torque_tables_are_physics(rig)
   await number("restitution", "0.5");
   await number("coulomb", "0.3");
   await page.click("[data-group=motor] summary");
-  await page.fill("[data-table=torque]", "0 0\n1 0.5\n2 -0.5");
-  await page.click("[data-table=use]");
+  await page.fill("[data-table=table]", "0 0\n1 0.5\n2 -0.5");
+  await page.click("[data-use=table]");
   await page.waitForFunction(() => pendulumd.store.get().pendulum.torque);
   await complete(page);
   const { stop, friction, torque } = await pendulum(page);
@@ -126,5 +126,47 @@ export async function stops_sticking_friction_and_torque_tables_are_physics(rig)
   assert.deepEqual(rates, [0, 0, 0], "it has come to rest");
   await openDrawer(page, "method");
   await page.waitForFunction(() => document.querySelector("[data-fact=trust]")?.textContent.includes("not estimated"));
+  await close(page);
+}
+
+/** An example of the list, whole and played. */
+async function chosen(page, name) {
+  await openDrawer(page, "presets");
+  await page.click(`[data-preset=${name}]`);
+  await page.waitForFunction((which) => pendulumd.store.get().preset === which, name);
+  await complete(page);
+  return page.evaluate(() => ({ phi: [...pendulumd.motion.track.columns.phi], count: pendulumd.motion.track.count }));
+}
+
+export async function a_bar_comes_to_rest_on_its_stop_and_a_clock_keeps_its_swing(rig) {
+  const page = await rig.open({ height: 1000 });
+  const bar = await chosen(page, "bar-on-stop");
+  const least = Math.min(...bar.phi.slice(0, bar.count));
+  assert.ok(least > -1e-12 && Math.abs(bar.phi[bar.count - 1]) < 1e-12, `on the stop: ${least}`);
+  const clock = await chosen(page, "clock");
+  const swing = Math.max(...clock.phi.slice(clock.count - 400, clock.count).map((phi) => Math.abs(phi + Math.PI / 2) * 180 / Math.PI));
+  assert.ok(swing > 11 && swing < 12.1, `swings by ${swing} degrees`);
+  await close(page);
+}
+
+export async function a_pivot_follows_the_places_of_a_table(rig) {
+  const page = await rig.open({ path: "/?length=0.5&theta=20", height: 1000 });
+  await openDrawer(page, "physics");
+  await page.click("[data-group=shaking] summary");
+  await page.fill("[data-table=track]", "2 0 0\n3 0.1 0.2\n4 0 0");
+  await page.click("[data-use=track]");
+  await page.waitForFunction(() => pendulumd.store.get().pendulum.pivot);
+  await complete(page);
+  const { pivot } = await pendulum(page);
+  assert.deepEqual(pivot.y.table, { t: [0, 1, 2], value: [0, 0.2, 0] });
+  const places = [];
+  for (const time of [0, 0.5, 1, 2]) {
+    await page.evaluate((at) => { pendulumd.clock.pause(); pendulumd.clock.seek(at); }, time);
+    await drawn(page);
+    places.push(await page.evaluate(() => pendulumd.stage.tip(0).y));
+  }
+  // the natural spline through 0, 1, 0 is 11/16 halfway
+  assert.ok(Math.abs((places[0] - places[1]) / (places[0] - places[2]) - 11 / 16) < 1e-3, `${places}`);
+  assert.ok(places[0] - places[2] > 10 && Math.abs(places[3] - places[0]) < 0.1, `${places}`);
   await close(page);
 }

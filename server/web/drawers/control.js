@@ -168,28 +168,17 @@ function showFields(view) {
   if (wish.up.length !== pendulum.length.length) wish.up = pendulum.length.map(() => true);
   const motors = actuators(pendulum);
   if (!motors.includes(wish.motor)) [wish.motor] = motors;
-  const motor = choice(
-    text("control.motor"),
-    motors.map((value) => ({
-      value,
-      words: value ? text("control.joint", { arm: value }) : text("control.cart"),
-    })),
-    wish.motor,
-    (value) => {
-      wish.motor = Number(value);
+  /** @param {"motor" | "period"} name @param {{value: number, words: string}[]} options */
+  const pick = (name, options) => {
+    const made = choice(text(`control.${name}`), options, wish[name], (value) => {
+      wish[name] = Number(value);
       changed(view);
-    },
-  );
-  motor.select.dataset.control = "motor";
-  const period = choice(
-    text("control.period"),
-    PERIODS.map((value) => ({ value, words: text("seconds", { time: text.short(value) }) })),
-    wish.period,
-    (value) => {
-      wish.period = Number(value);
-      changed(view);
-    },
-  );
+    });
+    made.select.dataset.control = name;
+    return made.element;
+  };
+  const joint = (/** @type {number} */ arm) => text("control.joint", { arm });
+  const seconds = (/** @type {number} */ value) => text("seconds", { time: text.short(value) });
   const limit = h("input", {
     type: "text",
     inputmode: "decimal",
@@ -210,8 +199,14 @@ function showFields(view) {
   swing.box.dataset.control = "swing";
   if (fields.contains(document.activeElement)) return;
   fields.replaceChildren(
-    motor.element,
-    period.element,
+    pick(
+      "motor",
+      motors.map((value) => ({ value, words: value ? joint(value) : text("control.cart") })),
+    ),
+    pick(
+      "period",
+      PERIODS.map((value) => ({ value, words: seconds(value) })),
+    ),
     h("label", { class: "choice" }, h("span", {}, text("control.limit", { unit })), limit),
     ...WEIGHTS.map((name) => sliderOf(view, name)),
     // energy alone brings one arm up, and two arms near

@@ -12,7 +12,7 @@ import { button, choice, figure, toggle } from "./kit/kit.js";
 import { lazyPart } from "./kit/lazy.js";
 import { MORE_FIELDS } from "./physics/physics_cart.js";
 import { FIELDS, scaleOf, withoutLosses } from "./physics/physics_fields.js";
-import { STOP_FIELDS, createTorqueTable } from "./physics/physics_stop.js";
+import { STOP_FIELDS, createTable } from "./physics/physics_stop.js";
 
 const PLACES = { earth: 9.81, moon: 1.62, mars: 3.71, jupiter: 24.79, none: 0 };
 const GROUPS = [
@@ -266,7 +266,8 @@ function groupOf({ app, rows, places, table }, group) {
   if (group === "gravity") section.append(h("div", row, ...places));
   section.append(...own);
   if (group === "arms") section.append(table.element);
-  if (group === "motor") section.append(createTorqueTable(app));
+  if (group === "motor") section.append(createTable(app, "table"));
+  if (group === "shaking") section.append(createTable(app, "track"));
   return section;
 }
 

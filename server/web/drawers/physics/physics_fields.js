@@ -146,7 +146,8 @@ function shaking(axis) {
     /** @type {number} */ time,
   ) => {
     const harmonics = retuned(tree.pivot?.[axis]?.harmonics, change, time, tree);
-    return { ...tree, pivot: { ...tree.pivot, [axis]: { harmonics } } };
+    const own = { ...tree.pivot?.[axis], harmonics };
+    return { ...tree, pivot: { ...tree.pivot, [axis]: own } };
   };
   return { first, set };
 }

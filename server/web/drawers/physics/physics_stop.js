@@ -1,5 +1,5 @@
-// The numbers with a slider of what ends a smooth motion: dry friction that holds, stops; and a
-// motor's torque as a table.
+// The numbers with a slider of what ends a smooth motion: dry friction that holds, stops; and
+// tables of a motor's torque and of the pivot's places.
 // Leaves to others: the other numbers (physics_fields.js), the sliders (physics.js).
 // Invariant: as of physics_fields.js; a stop whose range is 0 is none.
 
@@ -120,57 +120,77 @@ export const STOP_FIELDS = [
 ];
 
 /**
- * Pairs of time and torque, a line each; null where there are none that ascend.
- * @param {Text} text @param {string} typed @returns {TorqueTable | null}
+ * Columns of times, which ascend, and of one or two quantities, a line a row; null where there are
+ * none.
+ * @param {Text} text @param {string} typed @returns {number[][] | null}
  */
-export function tableOf(text, typed) {
+export function columnsOf(text, typed) {
+  /** @param {string} line */
+  const cells = (line) => line.split(/[\t; ]+|,\s+/).map((cell) => text.read(cell));
   const rows = typed
     .split("\n")
-    .map((line) =>
-      line
-        .trim()
-        .split(/[\t; ]+|,\s+/)
-        .map((cell) => text.read(cell)),
-    )
-    .filter((row) => row.length >= 2 && row.slice(0, 2).every(Number.isFinite));
-  const t = rows.map(([time]) => time);
-  if (rows.length < 2 || t.some((time, i) => i > 0 && time <= t[i - 1])) return null;
-  return { t, value: rows.map(([, torque]) => torque), hold: "linear", outside: "zero" };
+    .map((line) => cells(line.trim()))
+    .filter((row) => row.length >= 2 && row.every(Number.isFinite));
+  const [t, ...values] = [0, 1, 2].map((i) => rows.map((row) => row[i] ?? 0));
+  return rows.length < 2 || t.some((time, i) => time <= t[i - 1]) ? null : [t, ...values];
+}
+
+/** @param {Live} live @param {number} k @param {number[][]} columns none: no table */
+function useTorque(live, k, [t, value]) {
+  live.change(`table ${k}`, (tree) =>
+    withTerm(tree, "torque", (i) => {
+      const old = termOf(tree, "torque", i);
+      if (i !== k) return old;
+      const motor = typeof old === "number" ? { constant: old } : { ...old };
+      if (t) return { ...motor, table: { t, value, hold: "linear", outside: "zero" } };
+      if ("table" in motor) delete motor.table;
+      return Object.keys(motor).length ? motor : null;
+    }),
+  );
+}
+
+/** The motion lasts as long as its pivot's places. @param {App} app @param {number[][]} columns */
+function usePlaces({ store, clock }, [times, x, y]) {
+  const { pendulum, span, view } = store.get();
+  const { pivot } = pendulum;
+  const t = times?.map((one) => one - times[0]);
+  /** @param {Axis | undefined} axis @param {number[]} value @returns {Axis} */
+  const moved = ({ harmonics = [] } = {}, value) => ({
+    harmonics,
+    ...(t && { table: { t, value } }),
+  });
+  const tree = { ...pendulum, pivot: { ...pivot, x: moved(pivot?.x, x), y: moved(pivot?.y, y) } };
+  const lasts = { stop: t ? t[t.length - 1] : span.stop, step: span.step };
+  store.set({ pendulum: tree, span: lasts, view: { ...view, endless: false } }, { label: "table" });
+  clock.seek(0);
 }
 
 /**
- * A field for a torque over time, of the chosen arm.
- * @param {App} app
+ * A field for a table: the torque of the chosen arm, or the places of the pivot.
+ * @param {App} app @param {"table" | "track"} name
  */
-export function createTorqueTable({ text, store, live, object }) {
+export function createTable(app, name) {
+  const { text, store, live, object } = app;
+  const words = text(`physics.${name}`);
   const area = h("textarea", {
     rows: 4,
-    "data-table": "torque",
-    "aria-label": text("physics.table"),
-    placeholder: "0 0\n1 0.5\n2 0",
+    "data-table": name,
+    "aria-label": words,
+    placeholder: name === "table" ? "0 0\n1 0.5\n2 0" : "0 0 0\n1 0.1 0\n2 0 0",
   });
   const use = () => {
-    const table = area.value.trim() ? tableOf(text, area.value) : undefined;
-    if (table === null) return object(text("physics.tableWrong"));
-    const k = Math.max(store.get().view.selected, 1) - 1;
-    live.change(`table ${k}`, (tree) =>
-      withTerm(tree, "torque", (i) => {
-        const old = termOf(tree, "torque", i);
-        if (i !== k) return old;
-        const motor = typeof old === "number" ? { constant: old } : { ...old };
-        if (table) return { ...motor, table };
-        if ("table" in motor) delete motor.table;
-        return Object.keys(motor).length ? motor : null;
-      }),
-    );
+    const columns = area.value.trim() ? columnsOf(text, area.value) : [];
+    if (!columns) return object(text("physics.tableWrong"));
+    if (name === "track") usePlaces(app, columns);
+    else useTorque(live, Math.max(store.get().view.selected, 1) - 1, columns);
     store.settle();
   };
   return h(
     "details",
     { class: "lazy" },
-    h("summary", {}, text("physics.table")),
-    h("p", { class: "quiet" }, text("physics.tableHint")),
+    h("summary", {}, words),
+    name === "table" ? h("p", { class: "quiet" }, text("physics.tableHint")) : "",
     area,
-    h("div", { class: "row" }, button(text("physics.tableUse"), use, { "data-table": "use" })),
+    h("div", { class: "row" }, button(text("physics.tableUse"), use, { "data-use": name })),
   );
 }

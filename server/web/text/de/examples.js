@@ -30,6 +30,8 @@ export default {
     "Ein Versuchsstand mit Lagern und einem Motor im zweiten Gelenk, beschrieben durch fünfzehn Zahlen.",
   "preset.metronome-cart.words":
     "Der Arm eines Metronoms, mit seinem Gewicht oben und einem schwereren unten, auf einem Wagen, der rollt: Arm und Wagen schwingen gegeneinander, ein wenig schneller als auf einem Tisch.",
+  "preset.bar-on-stop.words": "Jeder Stoß lässt ihm 80 % der Geschwindigkeit, bis er liegt.",
+  "preset.clock.words": "Ein Motor stößt sie ganz unten an, solange sie unter 12° schwingt.",
   "preset.paper-four-arms.words":
     "Das Beispiel des Aufsatzes: Zwei Arme hängen am zweiten Gelenk. Aus der Waagrechten losgelassen, ohne Schwung.",
   "preset.triple.words": "Drei gleiche Arme untereinander, aus der Waagrechten losgelassen.",

@@ -128,6 +128,8 @@ export default {
   "preset.coupled": "Gekoppelt durch eine Feder",
   "preset.laboratory-double": "Doppelpendel im Labor",
   "preset.metronome-cart": "Metronom auf einem Wagen",
+  "preset.bar-on-stop": "Stab, der auf einen Anschlag fällt",
+  "preset.clock": "Uhr mit Hemmung",
 
   "help.title": "So wird die Bühne bedient",
   "help.hand":

@@ -118,6 +118,7 @@ export default {
   "physics.table": "Drehmoment als Tabelle",
   "physics.tableHint":
     "Zeit in s und Drehmoment in N·m, zwei Zahlen je Zeile, für den gewählten Arm. Dazwischen linear, außerhalb 0.",
+  "physics.track": "Orte der Aufhängung als Tabelle: s; m nach rechts; m nach oben",
   "physics.tableUse": "Tabelle verwenden",
   "physics.tableWrong":
     "Eine Tabelle braucht mindestens zwei Zeilen mit zwei Zahlen und aufsteigenden Zeiten.",

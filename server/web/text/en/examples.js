@@ -30,6 +30,8 @@ export default {
     "A rig with bearings and a motor in the second joint, described by fifteen numbers.",
   "preset.metronome-cart.words":
     "The arm of a metronome, with a weight above the joint and a heavier one below, on a cart that rolls: arm and cart swing against each other, slightly faster than on a table.",
+  "preset.bar-on-stop.words": "Each impact leaves 80 % of its speed: bounces shorten, and end.",
+  "preset.clock.words": "A motor pushes it at its lowest point, while its swing is below 12°.",
   "preset.paper-four-arms.words":
     "The example of the paper: two arms hang from the second joint. Released at rest from the horizontal.",
   "preset.triple.words": "Three equal arms, one below the other, released from the horizontal.",

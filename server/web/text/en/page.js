@@ -129,6 +129,8 @@ export default {
   "preset.coupled": "Coupled by a spring",
   "preset.laboratory-double": "Laboratory double pendulum",
   "preset.metronome-cart": "Metronome on a cart",
+  "preset.bar-on-stop": "Bar that falls on a stop",
+  "preset.clock": "Clock with an escapement",
 
   "help.title": "How to use the stage",
   "help.hand":

@@ -118,6 +118,7 @@ export default {
   "physics.table": "Torque as a table",
   "physics.tableHint":
     "Time in s and torque in N·m, two numbers a line, for the chosen arm. Linear in between, 0 outside.",
+  "physics.track": "Positions of the pivot as a table: s; m to the right; m upwards",
   "physics.tableUse": "Use the table",
   "physics.tableWrong":
     "A torque table needs at least two lines with two numbers, times ascending.",

@@ -30,6 +30,8 @@ export default {
     "Un banco de pruebas con cojinetes y un motor en la segunda articulación, descrito por quince números.",
   "preset.metronome-cart.words":
     "El brazo de un metrónomo, con su pesa arriba y otra más pesada abajo, sobre un carrito que rueda: brazo y carrito oscilan uno contra otro, un poco más deprisa que sobre una mesa.",
+  "preset.bar-on-stop.words": "Cada choque le deja el 80 % de la velocidad, hasta que reposa.",
+  "preset.clock.words": "Un motor lo empuja en el punto más bajo si oscila menos de 12°.",
   "preset.paper-four-arms.words":
     "El ejemplo del artículo: dos brazos cuelgan de la segunda articulación. Se suelta en reposo desde la horizontal.",
   "preset.triple.words": "Tres brazos iguales, uno debajo de otro, soltados desde la horizontal.",

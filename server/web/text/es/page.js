@@ -123,6 +123,8 @@ export default {
   "preset.coupled": "Acoplados por un muelle",
   "preset.laboratory-double": "Péndulo doble de laboratorio",
   "preset.metronome-cart": "Metrónomo sobre un carrito",
+  "preset.bar-on-stop": "Barra que cae sobre un tope",
+  "preset.clock": "Reloj con escape",
   "help.title": "Cómo se maneja",
   "help.hand":
     "Arrastra un extremo y suelta: el péndulo parte de ahí, en reposo. Con la tecla Mayús también cambia la longitud. Un clic en un brazo permite cambiar sus números, añadirle un brazo o borrarlo.",

@@ -116,6 +116,7 @@ export default {
   "physics.table": "Par dado por una tabla",
   "physics.tableHint":
     "Tiempo en s y par en N·m, dos números por línea, para el brazo elegido. Lineal entre líneas, 0 fuera.",
+  "physics.track": "Posiciones del pivote en una tabla: s; m a la derecha; m arriba",
   "physics.tableUse": "Usar la tabla",
   "physics.tableWrong":
     "La tabla necesita al menos dos líneas con dos números y tiempos crecientes.",

@@ -30,6 +30,8 @@ export default {
     "Un banc d’essai avec des paliers et un moteur dans la deuxième articulation, décrit par quinze nombres.",
   "preset.metronome-cart.words":
     "Le bras d’un métronome, avec son poids en haut et un autre, plus lourd, en bas, sur un chariot qui roule : bras et chariot oscillent l’un contre l’autre, un peu plus vite que sur une table.",
+  "preset.bar-on-stop.words": "Chaque choc lui laisse 80 % de sa vitesse, puis elle repose.",
+  "preset.clock.words": "Un moteur la pousse au point le plus bas, en dessous de 12°.",
   "preset.paper-four-arms.words":
     "L’exemple de l’article : deux bras sont attachés à la deuxième articulation. Lâché sans vitesse depuis l’horizontale.",
   "preset.triple.words": "Trois bras égaux, l’un sous l’autre, lâchés depuis l’horizontale.",

@@ -123,6 +123,8 @@ export default {
   "preset.coupled": "Couplés par un ressort",
   "preset.laboratory-double": "Pendule double de laboratoire",
   "preset.metronome-cart": "Métronome sur un chariot",
+  "preset.bar-on-stop": "Barre qui tombe sur une butée",
+  "preset.clock": "Horloge à échappement",
   "help.title": "Comment utiliser la scène",
   "help.hand":
     "Tirez une extrémité et lâchez : le pendule part de là, sans vitesse. Avec la touche Maj, la longueur suit aussi. Un clic sur un bras permet de changer ses nombres, d’y ajouter un bras ou de le supprimer.",

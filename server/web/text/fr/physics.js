@@ -118,6 +118,7 @@ export default {
   "physics.table": "Couple donné par un tableau",
   "physics.tableHint":
     "Temps en s et couple en N·m, deux nombres par ligne, pour le bras choisi. Linéaire entre deux lignes, 0 en dehors.",
+  "physics.track": "Positions du pivot en tableau : s ; m à droite ; m vers le haut",
   "physics.tableUse": "Utiliser le tableau",
   "physics.tableWrong":
     "Le tableau doit avoir au moins deux lignes de deux nombres, avec des temps croissants.",

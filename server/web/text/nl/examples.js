@@ -30,6 +30,8 @@ export default {
     "Een proefopstelling met lagers en een motor in het tweede scharnier, beschreven door vijftien getallen.",
   "preset.metronome-cart.words":
     "De arm van een metronoom, met zijn gewicht boven en een zwaarder onder, op een wagentje dat rolt: arm en wagentje slingeren tegen elkaar in, iets sneller dan op een tafel.",
+  "preset.bar-on-stop.words": "Elke botsing laat 80 % van de snelheid over, tot hij ligt.",
+  "preset.clock.words": "Een motor duwt hem in het laagste punt, zolang hij onder 12° blijft.",
   "preset.paper-four-arms.words":
     "Het voorbeeld van het artikel: twee armen hangen aan het tweede scharnier. In rust losgelaten vanuit de horizontale stand.",
   "preset.triple.words": "Drie gelijke armen onder elkaar, losgelaten vanuit de horizontale stand.",

@@ -122,6 +122,8 @@ export default {
   "preset.coupled": "Gekoppeld door een veer",
   "preset.laboratory-double": "Dubbele slinger in het lab",
   "preset.metronome-cart": "Metronoom op een wagentje",
+  "preset.bar-on-stop": "Staaf die op een aanslag valt",
+  "preset.clock": "Klok met echappement",
   "help.title": "Zo werkt het",
   "help.hand":
     "Sleep een uiteinde en laat los: de slinger begint daar, uit rust. Met de shifttoets ingedrukt volgt ook de lengte. Klik op een arm om zijn getallen te veranderen, er een arm aan te hangen of hem te verwijderen.",

@@ -118,6 +118,7 @@ export default {
   "physics.table": "Koppel als tabel",
   "physics.tableHint":
     "Tijd in s en koppel in N·m, twee getallen per regel, voor de gekozen arm. Ertussen lineair, erbuiten 0.",
+  "physics.track": "Plaatsen van het ophangpunt als tabel: s; m naar rechts; m omhoog",
   "physics.tableUse": "Gebruik de tabel",
   "physics.tableWrong":
     "Een tabel heeft minstens twee regels met twee getallen nodig, met oplopende tijden.",

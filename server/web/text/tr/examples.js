@@ -29,6 +29,8 @@ export default {
     "Yatakları ve ikinci ekleminde motoru olan bir deney düzeneği; on beş sayıyla tanımlanır.",
   "preset.metronome-cart.words":
     "Bir metronomun kolu: üstünde ağırlığı, altında daha ağır bir kütle, yuvarlanan bir arabanın üstünde. Kol ve araba birbirine karşı salınır, masadakinden biraz daha hızlı.",
+  "preset.bar-on-stop.words": "Her çarpma hızının %80’ini bırakır; sonunda durur.",
+  "preset.clock.words": "Salınım 12°’nin altındayken bir motor onu en altta iter.",
   "preset.paper-four-arms.words":
     "Makaledeki örnek: ikinci eklemde iki kol asılıdır. Yataydan, durgun hâlde bırakılır.",
   "preset.triple.words": "Alt alta üç eşit kol, yataydan bırakılır.",

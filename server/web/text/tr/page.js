@@ -122,6 +122,8 @@ export default {
   "preset.coupled": "Yayla bağlı iki sarkaç",
   "preset.laboratory-double": "Laboratuvar çift sarkacı",
   "preset.metronome-cart": "Araba üzerinde metronom",
+  "preset.bar-on-stop": "Dayanağa düşen çubuk",
+  "preset.clock": "Eşapmanlı saat",
   "help.title": "Nasıl kullanılır",
   "help.hand":
     "Bir ucu sürükleyip bırakın: sarkaç oradan, durgun başlar. Shift basılıyken kolun uzunluğu da değişir. Sayılarını değiştirmek, ona kol eklemek ya da onu silmek için bir kola tıklayın.",

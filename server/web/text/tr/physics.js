@@ -116,6 +116,7 @@ export default {
   "physics.table": "Tablo olarak tork",
   "physics.tableHint":
     "Seçilen kol için her satırda s cinsinden zaman ve N·m cinsinden tork. Arada doğrusal, dışarıda 0.",
+  "physics.track": "Tablo olarak askı noktasının konumu: s; sağa m; yukarı m",
   "physics.tableUse": "Tabloyu kullan",
   "physics.tableWrong":
     "Tabloda en az iki satır, her satırda iki sayı ve artan zamanlar olmalıdır.",
