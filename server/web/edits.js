@@ -188,6 +188,7 @@ function branches({ store, text, announce }) {
       const { pendulum, initial, ghosts } = doc;
       const view = { selected: 0, trails: [farthest(pendulum)] };
       store.set({ pendulum, initial, ghosts, view }, { label: count < before ? "remove" : "add" });
+      announce(text.count("stage.label", count));
     },
     /** @param {number} arm */
     trail(arm) {
