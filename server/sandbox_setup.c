@@ -66,6 +66,8 @@ static enum pend_status sandbox_places(struct srv_sandbox_files *files,
     srv_sandbox_add(files, SRV_SANDBOX_READ, "/dev/urandom");
     srv_sandbox_add(files, SRV_SANDBOX_WRITE, "/dev/null");
     PEND_TRY(sandbox_store(files, config, error));
+    if (!strncmp(config->results, "file://", 7))
+        srv_sandbox_add(files, SRV_SANDBOX_WRITE, config->results + 7);
     if (strcmp(config->log, "-")) srv_sandbox_add_around(files, SRV_SANDBOX_WRITE, config->log);
     if (strcmp(config->audit_log, "-") && strcmp(config->audit_log, "none"))
         srv_sandbox_add_around(files, SRV_SANDBOX_WRITE, config->audit_log);

@@ -1,6 +1,7 @@
 #include "server/service_setup.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/random.h>
 #include <time.h>
@@ -11,6 +12,7 @@
 #include "server/config/state_dir.h"
 #include "server/jobs/job_events.h"
 #include "server/jobs/part_runner.h"
+#include "server/store/store_files.h"
 #include "server/work/inflight.h"
 #include "server/work/workers.h"
 
@@ -58,7 +60,7 @@ static enum pend_status setup_storage(struct srv_service *service, struct pend_e
      * client if that is larger */
     double shares = config->address_clients, most = 0.75 * config->store_bytes;
     double bytes = shares * config->client_bytes < most ? shares * config->client_bytes : most;
-    const struct srv_store_rules rules = {
+    struct srv_store_rules rules = {
         .role = (srv_config_works(config) ? SRV_SQL_WORKS : 0) |
                 (srv_config_answers(config) ? SRV_SQL_ANSWERS : 0),
         .client_jobs = (long)config->client_jobs,
@@ -78,6 +80,13 @@ static enum pend_status setup_storage(struct srv_service *service, struct pend_e
     char url[SRV_CONFIG_TEXT];
     struct pend_error why = {.text = ""};
     PEND_TRY(srv_state_url(config->store, url, error));
+    if (strcmp(config->results, "none") != 0) {
+        struct srv_files *files = calloc(1, sizeof *files);
+        if (!(rules.files = service->files = files)) return PEND_NO_MEMORY;
+        files->log = service->log;
+        snprintf(files->url, sizeof files->url, "%s", config->results);
+        PEND_TRY(srv_files_check(files, error));
+    }
     enum pend_status status =
         srv_storage_new(&service->storage, url, &rules, service->log, setup_news, service, &why);
     return status == PEND_OK ? status
@@ -111,6 +120,8 @@ void srv_service_setup_jobs_end(struct srv_service *service) {
     if (service->events) srv_events_end(service->events);
     srv_storage_free(&service->storage);
     srv_part_runner_free(&service->runner);
+    if (service->files && service->files->walk) closedir(service->files->walk);
+    free(service->files);
     srv_events_free(&service->events);
 }
 

@@ -199,19 +199,13 @@ static enum pend_status call_read(struct api_call *call, const struct api_reques
 static int call_part(struct api_call *call, const struct api_request *request) {
     const struct api_op *op = call->op;
     long most = op->parts && !op->carry ? op->parts(call->state) : 0;
-    if (!request->parts) return 1;
-    assert(request->part >= 1 && request->part <= request->parts);
-    if (!most)
-        api_problem_set(
-            &call->problem, 422,
-            "the parts of %s depend on each other: only ensembles have independent ones", op->name);
-    else if (call->format->picture)
+    assert(!request->parts || (request->part >= 1 && request->part <= request->parts));
+    if (request->parts > most || (request->parts && call->format->picture))
         api_problem_set(&call->problem, 422,
-                        "a picture needs every member: ask for a part's numbers instead");
-    else if (request->parts > most)
-        api_problem_set(&call->problem, 422, "the answer has at most %ld parts, got %ld", most,
-                        request->parts);
-    else
+                        "only numbers of ensembles have parts that are independent; these have at "
+                        "most %ld, got %ld",
+                        most, request->parts);
+    else if (request->parts)
         op->part(call->state, request->part - 1, request->parts);
     return !call->problem.status;
 }

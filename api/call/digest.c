@@ -138,6 +138,13 @@ static void digest_write(struct sha256_ctx *sha, char digest[API_DIGEST_BYTES]) 
     digest[2 * SHA256_DIGEST_SIZE] = 0;
 }
 
+void api_digest_bytes(char digest[API_DIGEST_BYTES], const void *data, size_t bytes) {
+    struct sha256_ctx sha;
+    sha256_init(&sha);
+    sha256_update(&sha, bytes, data);
+    digest_write(&sha, digest);
+}
+
 void api_digest(char digest[API_DIGEST_BYTES], const char *const parts[],
                 const struct api_value *root) {
     assert(parts[0]);

@@ -20,6 +20,9 @@ enum { API_DIGEST_BYTES = 65 }; /* 64 hexadecimal digits and a NUL */
 void api_digest(char digest[API_DIGEST_BYTES], const char *const parts[],
                 const struct api_value *root);
 
+/** Writes the SHA-256 of bytes as hexadecimal digits. O(bytes). */
+void api_digest_bytes(char digest[API_DIGEST_BYTES], const void *data, size_t bytes);
+
 enum { API_SEAL_BYTES = 16 };
 
 /**

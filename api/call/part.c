@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "api/call/forecast.h"
+#include "api/call/results.h"
 #include "api/encode/encode_raw.h"
 
 /* most bytes of a part's results: they stay in memory until stored, and a worker may hold two
@@ -62,6 +63,7 @@ struct api_part {
     /* identifies the checkpoints' seals: the request and its number of parts */
     char place[API_DIGEST_BYTES + 24];
     const struct api_format *format; /* the raw format; JSON if JSON contains more */
+    struct api_table table;          /* of its rows */
     void *state; /* NULL once the part is complete, unless it has a checkpoint to write */
     int carries; /* whether the next part needs a checkpoint of this one */
     int resumes; /* whether this part still needs the previous part's checkpoint */
@@ -108,6 +110,7 @@ enum pend_status api_part_new(struct api_part **part, const struct api_request *
     enum pend_status status = part_read(made, error);
     snprintf(made->place, sizeof made->place, "%s/%ld", made->digest, parts);
     if (status == PEND_OK && made->op->part) made->op->part(made->state, number, parts);
+    if (status == PEND_OK) made->table = *api_op_table(made->op, made->state);
     made->carries = made->op->carry && number + 1 < parts;
     made->resumes = made->op->carry && number > 0;
     assert(api_part_valid(made) && number < parts);
@@ -237,13 +240,36 @@ enum pend_status api_part_run(struct api_part *part, struct api_buffer *out, int
     part->wrote |= out->bytes > turn.before;
     if (!over) return PEND_OK;
     *done = !part_says_more(part);
-    if (*done && part->carries) return part->wrote ? PEND_OK : part_write_nothing(part, out);
-    if (*done) {
-        api_op_free(part->op, &part->state);
-    } else {
-        part->op->json(part->state);
-        part->format = &api_format_json;
-    }
+    if (*done) return part->wrote ? PEND_OK : part_write_nothing(part, out);
+    part->op->json(part->state);
+    part->format = &api_format_json;
     assert(api_part_valid(part));
+    return PEND_OK;
+}
+
+enum pend_status api_part_file(const struct api_part *part, struct api_buffer *out,
+                               struct api_buffer *file) {
+    struct api_table table = part->table;
+    struct api_raw_file said = {.width = (long)api_table_numbers(&table, 0)};
+    size_t kept = 0;
+    enum api_raw kind;
+    assert(part->state && !file->bytes);
+    table.rows_later = 1;
+    table.float32 = 0;
+    PEND_TRY(api_results_file(&table, out, file, &said.rows));
+    for (size_t at = 0, bytes; at < out->bytes; at += bytes) {
+        if (!api_raw_head(out->data + at, &kind, &bytes)) return PEND_BUG;
+        bytes += API_RAW_HEAD;
+        if (kind == API_RAW_ROWS) continue;
+        memmove(out->data + kept, out->data + at, bytes);
+        kept += bytes;
+    }
+    out->bytes = kept;
+    PEND_TRY(api_buffer_room(out, API_RAW_FILE_BYTES));
+    memmove(out->data + API_RAW_FILE_BYTES, out->data, kept);
+    out->bytes += API_RAW_FILE_BYTES;
+    said.bytes = file->bytes;
+    api_digest_bytes(said.digest, file->data, file->bytes);
+    api_raw_file_put(out->data, &said);
     return PEND_OK;
 }

@@ -90,3 +90,9 @@ void api_part_hurry(struct api_part *part, int (*hurry)(void *company), void *co
  */
 PEND_MUST_CHECK enum pend_status api_part_run(struct api_part *part, struct api_buffer *out,
                                               int *done, struct pend_error *error);
+
+/** Moves the rows of a complete part from `out`, where an API_RAW_FILE record takes their place,
+ * into a Parquet file of doubles. Its bytes depend on the request, the part and the engine alone.
+ * O(bytes). PEND_NO_MEMORY, PEND_LIMIT */
+PEND_MUST_CHECK enum pend_status api_part_file(const struct api_part *part, struct api_buffer *out,
+                                               struct api_buffer *file);

@@ -204,3 +204,23 @@ int api_results_again(struct api_results *results, const struct api_source *sour
     source->again(source->context);
     return 1;
 }
+
+enum pend_status api_results_file(const struct api_table *table, const struct api_buffer *raw,
+                                  struct api_buffer *file, long *rows) {
+    const struct api_source source = {0};
+    struct pend_error error;
+    struct api_results *results;
+    struct api_stats kept = {0};
+    int done = 0;
+    PEND_TRY(api_results_new(&results, &api_format_parquet, table, 1, 1, &source, file, &error));
+    enum pend_status status = results_feed(results, raw->data, raw->bytes, file);
+    api_raw_stats(&results->figures, &results->stats);
+    for (int i = 0; i < results->stats.count; i++)
+        if (strcmp(results->stats.stat[i].name, "compute_seconds") != 0)
+            kept.stat[kept.count++] = results->stats.stat[i];
+    while (status == PEND_OK && !done)
+        status = api_writer_finish(results->writer, kept.count ? &kept : NULL, file, &done);
+    *rows = results->writer->rows;
+    api_results_free(&results);
+    return status;
+}

@@ -104,3 +104,9 @@ PEND_MUST_CHECK enum pend_status api_results_end(struct api_results *results,
 /** Returns non-zero if another pass over the parts follows, for which the source is already
  * restarted. Call it after each api_results_end that is not done. */
 int api_results_again(struct api_results *results, const struct api_source *source);
+
+/** Writes the rows and statistics of raw results, except the seconds, as a Parquet file; rows: out.
+ * PEND_NO_MEMORY, PEND_LIMIT; PEND_BUG as api_results_fetch */
+PEND_MUST_CHECK enum pend_status api_results_file(const struct api_table *table,
+                                                  const struct api_buffer *raw,
+                                                  struct api_buffer *file, long *rows);

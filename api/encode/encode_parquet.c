@@ -5,6 +5,7 @@
  * Invariant: the bytes depend on the numbers and statistics only; at most one row group is in
  * memory; columns have CSV's names. */
 #include "api/encode/encode_arrays.h"
+#include "api/encode/encode_raw.h"
 
 #include <assert.h>
 #include <stdint.h>
@@ -138,12 +139,49 @@ static enum pend_status put_group(struct parquet_writer *writer, long rows, long
     return PEND_OK;
 }
 
+/* rows of a row group */
+static long group_rows(long width) { return width < GROUP_NUMBERS ? GROUP_NUMBERS / width : 1; }
+
 static enum pend_status parquet_begin(struct api_writer *base, struct api_buffer *out) {
     struct parquet_writer *writer = (struct parquet_writer *)base;
     writer->width = (long)api_table_numbers(&base->table, 0);
-    writer->most = writer->width < GROUP_NUMBERS ? GROUP_NUMBERS / writer->width : 1;
+    writer->most = group_rows(writer->width);
     writer->written = 4;
     return api_buffer_add(out, "PAR1", 4);
+}
+
+/* appends a record of rows from a row group; number k of row i is at from[k * apart + 8 * i] */
+static enum pend_status group_record(const char *from, size_t apart, long rows, long width,
+                                     struct api_buffer *out) {
+    size_t bytes = (size_t)rows * (size_t)width * 8;
+    PEND_TRY(api_buffer_room(out, API_RAW_HEAD + bytes));
+    char *at = out->data + out->bytes;
+    api_raw_head_put(at, API_RAW_ROWS, bytes);
+    at += API_RAW_HEAD;
+    for (long i = 0; i < rows; i++)
+        for (long k = 0; k < width; k++, at += 8) memcpy(at, from + (size_t)k * apart + 8 * i, 8);
+    out->bytes += API_RAW_HEAD + bytes;
+    return PEND_OK;
+}
+
+enum pend_status api_raw_from_parquet(const char *data, const struct api_raw_file *file,
+                                      struct api_buffer *out) {
+    long width = file->width, most = group_rows(width), piece = 1 + API_PIECE_BYTES / 8 / width;
+    size_t at = 4;
+    if (file->bytes < at || memcmp(data, "PAR1", 4)) return PEND_BUG;
+    for (long first = 0; first < file->rows; first += most) {
+        long rows = file->rows - first < most ? file->rows - first : most;
+        char page[PAGE_BYTES];
+        size_t head = (size_t)(put_page(page, rows, 8) - page), apart = head + (size_t)rows * 8;
+        if ((file->bytes - at) / apart < (size_t)width) return PEND_BUG;
+        for (long k = 0; k < width; k++)
+            if (memcmp(data + at + (size_t)k * apart, page, head)) return PEND_BUG;
+        for (long i = 0; i < rows; i += piece)
+            PEND_TRY(group_record(data + at + head + 8 * i, apart,
+                                  rows - i < piece ? rows - i : piece, width, out));
+        at += (size_t)width * apart;
+    }
+    return PEND_OK;
 }
 
 /* copies row i of a block; successive numbers of the row are stored `apart` doubles apart */

@@ -117,6 +117,24 @@ int api_raw_head(const char *data, enum api_raw *kind, size_t *bytes) {
     return number >= API_RAW_ROWS && number <= API_RAW_JSON;
 }
 
+void api_raw_file_put(char *at, const struct api_raw_file *file) {
+    api_raw_head_put(at, API_RAW_FILE, API_RAW_FILE_BYTES - API_RAW_HEAD);
+    at = api_octets_whole(at + API_RAW_HEAD, (uint64_t)file->rows, 8);
+    at = api_octets_whole(api_octets_whole(at, (uint64_t)file->width, 8), file->bytes, 8);
+    memcpy(at, file->digest, 64);
+}
+
+int api_raw_file_get(const char *data, size_t bytes, struct api_raw_file *file) {
+    if (bytes < API_RAW_FILE_BYTES || get_whole(data, 4) != API_RAW_FILE) return 0;
+    data += API_RAW_HEAD;
+    *file = (struct api_raw_file){.rows = (long)get_whole(data, 8),
+                                  .width = (long)get_whole(data + 8, 8),
+                                  .bytes = (size_t)get_whole(data + 16, 8)};
+    memcpy(file->digest, data + 24, 64);
+    return file->rows >= 0 && file->width >= 1 &&
+           strspn(file->digest, "0123456789abcdef") == sizeof file->digest - 1;
+}
+
 long api_raw_rows(const struct api_table *table, const char *data, size_t bytes,
                   double *const column[]) {
     size_t row = (size_t)api_table_numbers(table, 0) * sizeof(double);

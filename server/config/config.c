@@ -34,6 +34,10 @@ static const struct srv_option config_table[] = {
     {"store-file", "FILE", "none",
      "a file of mode 0600 with the value of --store, for urls with a password; overrides --store",
      SRV_OPTION_TEXT, FIELD(store_file), 0, 0},
+    {"results", "URL", "none",
+     "where workers store the results of jobs with many parts, as a Parquet file for each part: "
+     "file:///PATH = a folder that all processes share; none = in the database",
+     SRV_OPTION_TEXT, FIELD(results), 0, 0},
     {"cache-bytes", "BYTES", "64M", "memory for cached answers; 0 = no cache",
      SRV_OPTION_BYTES, FIELD(cache_bytes), 0, 1e15},
     {"compress-above", "BYTES", "4K",

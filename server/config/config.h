@@ -27,7 +27,7 @@ struct srv_config {
     char trusted_proxy[SRV_CONFIG_TEXT], client_header[SRV_CONFIG_TEXT],
         role_header[SRV_CONFIG_TEXT];
     char store_file[SRV_CONFIG_TEXT], probe_listen[SRV_CONFIG_TEXT]; /* "none" = unset */
-    char keys[SRV_CONFIG_TEXT];
+    char keys[SRV_CONFIG_TEXT], results[SRV_CONFIG_TEXT];
     char hosts[SRV_CONFIG_TEXT];
     char deprecated[SRV_CONFIG_TEXT], sunset[SRV_CONFIG_TEXT]; /* "none" or an RFC 3339 instant */
     double header_seconds, body_seconds, idle_seconds, send_seconds, drain_seconds,

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "server/store/store_files.h"
 #include "server/work/inflight.h"
 
 enum { DOWNLOAD_AHEAD = 2 }; /* pieces in memory: one is encoded while the next is read */
@@ -16,11 +17,14 @@ struct download {
     long parts;
     void *body; /* the request */
 
-    /* Owned by the storage thread during a query: the piece to read and its destination. */
+    /* Owned by the storage thread during a query: the piece to read and its destination. If it
+     * names a file in place of rows, `whole` becomes the part with its rows. */
     struct {
         long part, chunk;
         char *to;
         size_t bytes;
+        struct api_raw_file file; /* width 0 = none */
+        struct api_buffer whole;
     } read;
 
     pthread_mutex_t lock; /* guards the following members; taken before the lock of srv_inflight */
@@ -30,6 +34,7 @@ struct download {
     int gone; /* the work has ended; the thread that receives the piece frees the download */
     long part, chunk;       /* the next part and chunk to read */
     enum srv_stored stored; /* the error that ends reading; SRV_STORED = none */
+    size_t given;           /* bytes of read.whole that have become pieces */
     int first, count;       /* the ring of pieces that have arrived */
     size_t bytes[DOWNLOAD_AHEAD];
     char data[]; /* the memory of DOWNLOAD_AHEAD pieces */
@@ -49,6 +54,7 @@ static void download_end(struct download *download) {
     srv_hold_set(hold, 0);
     if (hold->payer) srv_clients_give(hold->service->clients, hold->payer);
     free(download->body);
+    api_buffer_clear(&download->read.whole);
     free(download);
 }
 
@@ -60,16 +66,56 @@ static enum srv_stored download_run(struct srv_store *store, struct srv_store_ca
                            download->read.to, &download->read.bytes);
 }
 
+/* Reads the file that a piece names; on a thread for files. */
+static enum srv_stored download_file(struct srv_store *store, struct srv_store_call *call) {
+    struct download *download = SRV_CONTAINER_OF(call, struct download, ask.call);
+    struct srv_files *files = download->hold.service->files;
+    struct api_buffer *whole = &download->read.whole;
+    size_t bytes = sizeof *download + (size_t)DOWNLOAD_AHEAD * SRV_CHUNK_BYTES +
+                   download->source.body_bytes + 2 * download->read.file.bytes;
+    (void)store;
+    /* a hold that has grown stays, as all parts are similar */
+    if (bytes > download->hold.bytes && srv_hold_try(&download->hold, bytes) != SRV_ROOM)
+        return SRV_STORED_QUOTA;
+    whole->limit = 2 * download->read.file.bytes + SRV_CHUNK_BYTES;
+    SRV_STORED_TRY(
+        srv_files_get(files, download->id, download->read.part, &download->read.file, whole));
+    enum pend_status status = api_buffer_add(whole, download->read.to + API_RAW_FILE_BYTES,
+                                             download->read.bytes - API_RAW_FILE_BYTES);
+    return status == PEND_OK ? SRV_STORED : SRV_STORED_BROKEN;
+}
+
+/* Makes pieces of a part that is in memory. The caller holds the lock. */
+static void download_cut(struct download *download) {
+    struct api_buffer *whole = &download->read.whole;
+    while (download->given < whole->bytes && download->count < DOWNLOAD_AHEAD) {
+        int place = (download->first + download->count++) % DOWNLOAD_AHEAD;
+        size_t left = whole->bytes - download->given,
+               bytes = left < SRV_CHUNK_BYTES ? left : SRV_CHUNK_BYTES;
+        memcpy(download->data + (size_t)place * SRV_CHUNK_BYTES, whole->data + download->given,
+               bytes);
+        download->bytes[place] = bytes;
+        download->given += bytes;
+    }
+    if (download->given < whole->bytes) return;
+    api_buffer_clear(whole);
+    download->given = 0;
+}
+
 /* Requests the next piece if there is one and the ring has space. The caller holds the lock. */
 static void download_ask(struct download *download) {
     assert(download_valid(download));
+    if (download->asked) return;
+    download_cut(download);
     int over = download->part == download->parts || download->stored != SRV_STORED;
-    if (download->asked || over || download->count == DOWNLOAD_AHEAD) return;
+    if (over || download->count == DOWNLOAD_AHEAD) return;
     int place = (download->first + download->count) % DOWNLOAD_AHEAD;
     download->read.part = download->part;
     download->read.chunk = download->chunk;
     download->read.to = download->data + (size_t)place * SRV_CHUNK_BYTES;
     download->read.bytes = 0;
+    download->read.file.width = 0;
+    download->ask.call.run = download_run;
     download->asked = 1;
     srv_storage_ask(download->storage, SRV_ASK_READ, &download->ask);
 }
@@ -77,7 +123,8 @@ static void download_ask(struct download *download) {
 /* Takes a piece, or the error in its place. The caller holds the lock. */
 static void download_take(struct download *download, enum srv_stored stored) {
     assert(download->count < DOWNLOAD_AHEAD);
-    if (stored == SRV_STORED_NONE && !download->chunk && download->source.from.partial) {
+    if (stored == SRV_STORED_NONE && !download->chunk && download->source.from.partial &&
+        !download->read.file.width) {
         /* rows end before the first missing part */
         download->parts = download->part;
         return;
@@ -95,7 +142,8 @@ static void download_take(struct download *download, enum srv_stored stored) {
         download->chunk = 0;
     }
     assert(bytes <= SRV_CHUNK_BYTES);
-    if (bytes) download->bytes[(download->first + download->count++) % DOWNLOAD_AHEAD] = bytes;
+    if (bytes && !download->read.file.width)
+        download->bytes[(download->first + download->count++) % DOWNLOAD_AHEAD] = bytes;
 }
 
 /* Returns 1 if there is a piece, an error or the end. The caller holds the lock. */
@@ -106,10 +154,20 @@ static int download_has(const struct download *download) {
 static void download_done(struct srv_ask *ask) {
     struct download *download = SRV_CONTAINER_OF(ask, struct download, ask);
     pthread_mutex_lock(&download->lock);
-    int gone = download->gone;
+    int gone = download->gone, idle = gone || download->stale;
+    int filed = !idle && ask->call.stored == SRV_STORED && !download->read.chunk &&
+                !download->read.file.width &&
+                api_raw_file_get(download->read.to, download->read.bytes, &download->read.file);
+    if (filed && download->hold.service->files) {
+        ask->call.run = download_file;
+        srv_storage_ask(download->storage, SRV_ASK_FILE, ask);
+        pthread_mutex_unlock(&download->lock);
+        return;
+    }
     download->asked = 0;
+    if (idle) api_buffer_clear(&download->read.whole);
     if (!gone) {
-        if (!download->stale) download_take(download, ask->call.stored);
+        if (!download->stale) download_take(download, filed ? SRV_STORED_CLASH : ask->call.stored);
         download->stale = 0;
         download_ask(download);
         if (download->waiting && download_has(download)) {
@@ -151,7 +209,13 @@ static enum pend_status download_fetch(void *context, void *data, size_t cap, si
         download_ask(download);
     } else if (stored != SRV_STORED) {
         status = pend_fail(error, PEND_CANCELLED, -1, 0,
-                           stored == SRV_STORED_NONE      ? "the job's results are no longer stored"
+                           stored == SRV_STORED_NONE ? "some of the job's results are lost, or no "
+                                                       "longer stored"
+                           : stored == SRV_STORED_CLASH
+                               ? "the job's results are in files: start this server with the "
+                                 "option --results of the workers"
+                           : stored == SRV_STORED_QUOTA
+                               ? "downloads of results hold too much memory now: try again"
                            : stored == SRV_STORED_DAMAGED ? "the job's stored results are damaged"
                                                           : "the store is not reachable");
     } else if (download->part < download->parts) {
@@ -167,6 +231,8 @@ static void download_again(void *context) {
     pthread_mutex_lock(&download->lock);
     download->stale = download->asked;
     download->part = download->chunk = download->count = 0;
+    download->given = 0;
+    if (!download->asked) api_buffer_clear(&download->read.whole);
     download->stored = SRV_STORED;
     pthread_mutex_unlock(&download->lock);
 }

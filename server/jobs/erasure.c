@@ -1,4 +1,4 @@
-#include "server/jobs/erasure.h"
+#include "server/jobs/jobs.h"
 
 #include <string.h>
 

@@ -1,9 +1,20 @@
-/* Streams of events about the progress of jobs, and answers that wait for a job's end.
- * Leaves to others: jobs themselves (store), the streams (events), a job as JSON (job_view).
+/* A stored job as its client sees it; streams of events about its progress, and answers that wait
+ * for its end.
+ * Leaves to others: jobs themselves (store), the streams (events), the JSON (api/call/job_json).
  * Invariant: each state of a job has its own event id, and is sent once per stream. */
 #pragma once
 
+#include "api/call/job_json.h"
 #include "server/jobs/events.h"
+
+/** The name of a state in OGC API - Processes, such as "running". */
+const char *srv_job_word(enum srv_job_state state);
+
+/** The values of a job's JSON; the texts point into `job`. */
+struct api_job srv_job_view(const struct srv_job *job);
+
+/** True for a job in a final state. */
+int srv_job_over(const struct srv_job *job);
 
 enum { SRV_EVENT_ID = 48 };
 

@@ -1,11 +1,10 @@
-#include "server/jobs/job_list.h"
+#include "server/jobs/jobs.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "server/jobs/job_view.h"
-#include "server/jobs/jobs.h"
+#include "server/jobs/job_events.h"
 #include "server/jobs/store_request.h"
 #include "server/work/admission.h"
 

@@ -1,12 +1,14 @@
-#include "server/jobs/job_results.h"
+#include "server/jobs/jobs.h"
 
 #include <stdlib.h>
 #include <string.h>
 
+#include "api/json/json_out.h"
 #include "server/jobs/download.h"
-#include "server/jobs/job_view.h"
+#include "server/jobs/job_events.h"
 #include "server/jobs/store_request.h"
 #include "server/protocol/range.h"
+#include "server/store/store_files.h"
 #include "server/work/compute.h"
 
 /* Passes the exchange to a worker, which reads the response from the store.
@@ -76,6 +78,57 @@ static void results_found(struct srv_store_request *asked, enum srv_stored store
         results_refuse(asked, stored);
 }
 
+/* --- the files of the results --- */
+
+/* Appends a file to the answer, which asked->count counts. */
+static enum srv_stored manifest_file(void *context, long part, const struct api_raw_file *file) {
+    struct srv_store_request *asked = context;
+    struct api_buffer *out = &asked->exchange->answer;
+    char link[SRV_FILES_LINK];
+    if (part != asked->count++) return SRV_STORED_DAMAGED;
+    srv_files_link(asked->service->files, asked->id, part, file, link);
+    return api_buffer_format(out, "%s{\"part\":%ld", part ? "," : "", part + 1) == PEND_OK &&
+                   api_out_text(out, "href", link) == PEND_OK &&
+                   api_out_whole(out, "rows", file->rows) == PEND_OK &&
+                   api_out_whole(out, "bytes", (long)file->bytes) == PEND_OK &&
+                   api_out_text(out, "sha256", file->digest) == PEND_OK &&
+                   api_buffer_text(out, "}") == PEND_OK
+               ? SRV_STORED
+               : SRV_STORED_BROKEN;
+}
+
+static enum srv_stored manifest_find(struct srv_store *store, struct srv_store_call *call) {
+    struct srv_store_request *asked = SRV_CONTAINER_OF(call, struct srv_store_request, ask.call);
+    enum srv_stored stored = srv_store_job(store, asked->id, &asked->job);
+    if (stored != SRV_STORED || asked->job.state != SRV_JOB_SUCCESSFUL) return stored;
+    if (!asked->service->files) return SRV_STORED_CLASH;
+    for (long from = 0, before = -1; from < asked->job.parts; before = from) {
+        SRV_STORED_TRY(srv_store_files(store, asked->id, &from, manifest_file, asked));
+        if (from == before) return SRV_STORED_DAMAGED;
+    }
+    return SRV_STORED;
+}
+
+static void manifest_found(struct srv_store_request *asked, enum srv_stored stored) {
+    struct srv_exchange *exchange = asked->exchange;
+    if (stored == SRV_STORED && asked->job.state == SRV_JOB_SUCCESSFUL &&
+        api_buffer_text(&exchange->answer, "]}") == PEND_OK) {
+        srv_exchange_answered(exchange, 200, "application/json");
+        srv_exchange_header(exchange, "Cache-Control", "no-store");
+        srv_store_request_end(asked);
+        return;
+    }
+    exchange->answer.bytes = 0;
+    if (stored != SRV_STORED_CLASH) {
+        results_refuse(asked, stored);
+        return;
+    }
+    srv_exchange_problem(exchange, 409,
+                         API_TYPE_NO_RESULTS
+                         "this job has no files of results: read them without ?manifest=true");
+    srv_store_request_end(asked);
+}
+
 /* --- the request, and results while they are computed --- */
 
 static enum srv_stored request_find(struct srv_store *store, struct srv_store_call *call) {
@@ -121,8 +174,14 @@ void srv_job_results(struct srv_exchange *exchange) {
     int some = exchange->query && !strcmp(exchange->query, "partial=true");
     struct srv_store_request *asked = srv_store_request_begin_one(exchange);
     if (!asked) return;
+    if (exchange->query && !strcmp(exchange->query, "manifest=true") &&
+        api_buffer_format(&exchange->answer, "{\"job\":\"%s\",\"files\":[", asked->id) == PEND_OK) {
+        srv_store_request_ask(asked, SRV_ASK_READ, manifest_find, manifest_found);
+        return;
+    }
     if (!some && exchange->query && *exchange->query) {
-        srv_exchange_problem(exchange, 422, "results take ?partial=true or no query, got ?%.100s",
+        srv_exchange_problem(exchange, 422,
+                             "results take ?partial=true, ?manifest=true or no query, got ?%.100s",
                              exchange->query);
         srv_store_request_end(asked);
         return;

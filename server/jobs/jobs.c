@@ -11,7 +11,6 @@
 #include "api/base/text.h"
 #include "api/call/part.h"
 #include "server/jobs/job_events.h"
-#include "server/jobs/job_view.h"
 #include "server/jobs/part_runner.h"
 #include "server/jobs/store_request.h"
 #include "server/work/admission.h"

@@ -1,8 +1,8 @@
-/* The routes of jobs: creating, reading and dismissing them, and their events.
- * Leaves to others: storing jobs (store), computing them (part_runner), their JSON
- * (api/call/job_json), results and requests (job_results), lists (job_list).
+/* The routes of jobs, of their results and of scenes, and the erasure of a client's data.
+ * Leaves to others: storing (store), computing (part_runner, compute), JSON (api/call/job_json),
+ * what a scene contains (api/link/scene), class rooms (classes), authorization (admission).
  * Invariant: the finish of every exchange is called exactly once; a job is stored before it is
- * acknowledged. */
+ * acknowledged; a result has the same bytes at any time and from any process. */
 #pragma once
 
 #include "server/work/exchange.h"
@@ -37,3 +37,35 @@ void srv_jobs_events(struct srv_exchange *exchange);
  * the job was posted with one.
  */
 void srv_jobs_dismiss(struct srv_exchange *exchange);
+
+/** GET /v1/jobs: the client's own jobs, newest first, in pages; the query filters them. 401 for a
+ * client without token and account, because many people may share an address. */
+void srv_job_list(struct srv_exchange *exchange);
+
+/** GET /v1/jobs/{id}/results. Anyone with the id can read them. With ?partial=true a job that has
+ * not ended answers 202 with the rows of its first parts, up to the first incomplete one. */
+void srv_job_results(struct srv_exchange *exchange);
+
+/** GET /v1/jobs/{id}/request: the stored request. Anyone with the id can read it. 409 for a failed
+ * or dismissed job, whose request is deleted. */
+void srv_job_request(struct srv_exchange *exchange);
+
+/** DELETE /v1/clients/{name}: "me" for the client itself (identified by key, token or account);
+ * key:NAME, account:NAME or address:ADDRESS for an operator. 204; 401 or 403 for others; 404 for
+ * any other name. */
+void srv_erasure(struct srv_exchange *exchange);
+
+/** POST /v1/scenes: 201 with the scene and its Location; an existing scene keeps its id. */
+void srv_scenes_create(struct srv_exchange *exchange);
+
+/**
+ * DELETE /v1/scenes/{id}: removes the client's share; the scene is deleted with the last share.
+ *
+ * Allowed for a token or account that stored the scene; 403 for others, because the existence of a
+ * shared link is no secret. A scene stored without a token cannot be deleted, because many people
+ * may share an address.
+ */
+void srv_scenes_drop(struct srv_exchange *exchange);
+
+/** GET /v1/scenes/{id}. Anyone with the id can read it. */
+void srv_scenes_read(struct srv_exchange *exchange);

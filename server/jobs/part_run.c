@@ -15,6 +15,7 @@ void srv_part_run_init(struct srv_part_run *run, struct srv_service *service) {
                                  .hold = {.service = service, .kind = SRV_MEMORY_JOBS}};
     api_buffer_init(&run->out, most);
     api_buffer_init(&run->carry, most);
+    api_buffer_init(&run->file, most);
 }
 
 void srv_part_run_clear(struct srv_part_run *run) {
@@ -22,12 +23,14 @@ void srv_part_run_clear(struct srv_part_run *run) {
     srv_part_run_forget(run);
     api_buffer_clear(&run->out);
     api_buffer_clear(&run->carry);
+    api_buffer_clear(&run->file);
     srv_hold_set(&run->hold, 0);
 }
 
 /* The bytes that the run holds now or after the next piece, whichever is more. */
 static size_t part_run_bytes(const struct srv_part_run *run) {
-    size_t kept = run->out.cap + run->carry.cap + (run->request ? run->request_bytes : 0);
+    size_t kept =
+        run->out.cap + run->carry.cap + run->file.cap + (run->request ? run->request_bytes : 0);
     return kept + (run->part ? srv_hold_count(api_part_bytes(run->part)) : 0);
 }
 
@@ -49,6 +52,7 @@ void srv_part_run_drop(struct srv_part_run *run) {
     run->out.bytes = 0;
     if (run->out.cap > PART_RUN_KEEP) api_buffer_clear(&run->out);
     api_buffer_clear(&run->carry);
+    api_buffer_clear(&run->file);
     run->spent = 0;
     assert(srv_part_run_valid(run));
     srv_hold_set(&run->hold, part_run_bytes(run));
@@ -121,6 +125,13 @@ static enum pend_status part_run_piece(struct srv_part_run *run, int *done,
     return status;
 }
 
+/* Moves the rows of a complete part into a file, unless they are few. */
+static enum pend_status part_run_file(struct srv_part_run *run, const struct srv_lease *lease) {
+    int few = lease->parts == 1 && run->out.bytes <= SRV_CHUNK_BYTES;
+    if (!run->service->files || few) return PEND_OK;
+    return api_part_file(run->part, &run->out, &run->file);
+}
+
 enum srv_part_run_end srv_part_run_turn(struct srv_part_run *run, const struct srv_lease *lease,
                                         int level) {
     struct part_run_turn turn = {run, level};
@@ -151,6 +162,11 @@ enum srv_part_run_end srv_part_run_turn(struct srv_part_run *run, const struct s
         return SRV_PART_RUN_FAILED;
     }
     if (!done) return SRV_PART_RUN_YIELDS;
+    if (part_run_file(run, lease) != PEND_OK) {
+        srv_part_run_say(run, "no memory for the file of a part's results");
+        return SRV_PART_RUN_FAILED;
+    }
     api_part_free(&run->part);
+    srv_hold_set(&run->hold, part_run_bytes(run));
     return SRV_PART_RUN_DONE;
 }

@@ -151,15 +151,20 @@ static void runner_claimed(struct srv_ask *ask) {
     pthread_mutex_unlock(&runner->lock);
 }
 
+static void slot_finish(struct srv_part_slot *slot);
+
 /* Processes the result of a slot's query. The caller holds the lock. */
 static void slot_answered(struct srv_part_slot *slot, enum srv_stored stored) {
     enum srv_part_slot_state asked = slot->state;
+    int stores = asked == SRV_PART_SLOT_FINISH || asked == SRV_PART_SLOT_FILE;
     struct srv_metrics *metrics = &slot->runner->service->metrics;
     if (stored == SRV_STORED && asked == SRV_PART_SLOT_REQUEST) {
         memcpy(slot->run.job, slot->lease.job, sizeof slot->run.job);
         slot_compute(slot);
-    } else if (stored == SRV_STORED_FULL && asked == SRV_PART_SLOT_FINISH) {
-        srv_part_run_say(&slot->run, "the store's disk is full");
+    } else if (stored == SRV_STORED && asked == SRV_PART_SLOT_FILE) {
+        slot_finish(slot);
+    } else if (stored == SRV_STORED_FULL && stores) {
+        srv_part_run_say(&slot->run, "the disk of the store, or of its files, is full");
         srv_part_slot_ask(slot, SRV_PART_SLOT_FAIL);
     } else if (stored == SRV_STORED_DAMAGED && asked == SRV_PART_SLOT_REQUEST) {
         srv_part_run_say(
@@ -232,6 +237,8 @@ static void slot_leave(struct srv_part_slot *slot, enum srv_part_slot_state ask)
     assert(srv_part_runner_valid(runner));
     if (ask == SRV_PART_SLOT_IDLE)
         slot_end(slot);
+    else if (ask == SRV_PART_SLOT_FINISH && slot->run.file.bytes)
+        srv_part_slot_ask(slot, SRV_PART_SLOT_FILE);
     else if (ask == SRV_PART_SLOT_FINISH)
         slot_finish(slot);
     else

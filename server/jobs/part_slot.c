@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+#include "server/store/store_files.h"
+
 struct srv_part_slot *srv_part_slot_of_ask(struct srv_ask *ask) {
     return SRV_CONTAINER_OF(ask, struct srv_part_slot, ask);
 }
@@ -26,6 +28,16 @@ static enum srv_stored slot_request(struct srv_store *store, struct srv_store_ca
     struct srv_part_slot *slot = SRV_CONTAINER_OF(call, struct srv_part_slot, ask.call);
     return srv_store_job_request(store, slot->lease.job, &slot->run.request,
                                  &slot->run.request_bytes);
+}
+
+static enum srv_stored slot_file(struct srv_store *store, struct srv_store_call *call) {
+    struct srv_part_slot *slot = SRV_CONTAINER_OF(call, struct srv_part_slot, ask.call);
+    const struct srv_lease *lease = &slot->lease;
+    const struct api_buffer *out = &slot->run.out;
+    struct api_raw_file file;
+    (void)store;
+    if (!api_raw_file_get(out->data, out->bytes, &file)) return SRV_STORED_BROKEN;
+    return srv_files_put(slot->service->files, lease->job, lease->part, &file, slot->run.file.data);
 }
 
 static enum srv_stored slot_finish(struct srv_store *store, struct srv_store_call *call) {
@@ -57,14 +69,18 @@ static enum srv_stored slot_look(struct srv_store *store, struct srv_store_call 
 /* --- questions --- */
 
 void srv_part_slot_ask(struct srv_part_slot *slot, enum srv_part_slot_state state) {
-    enum srv_ask_kind kind = state == SRV_PART_SLOT_REQUEST ? SRV_ASK_READ : SRV_ASK_WRITE;
-    assert(state == SRV_PART_SLOT_REQUEST || state == SRV_PART_SLOT_FINISH ||
-           state == SRV_PART_SLOT_FAIL);
+    enum srv_ask_kind kind = state == SRV_PART_SLOT_REQUEST ? SRV_ASK_READ
+                             : state == SRV_PART_SLOT_FILE  ? SRV_ASK_FILE
+                                                            : SRV_ASK_WRITE;
+    assert(state == SRV_PART_SLOT_REQUEST || state == SRV_PART_SLOT_FILE ||
+           state == SRV_PART_SLOT_FINISH || state == SRV_PART_SLOT_FAIL);
     assert(slot->state != state);
     slot->state = state;
     assert(srv_part_slot_valid(slot));
     slot->ask.call.finish = state == SRV_PART_SLOT_FINISH ? &slot->lease : NULL;
+    slot->lease.elsewhere = slot->run.file.bytes;
     slot->ask.call.run = state == SRV_PART_SLOT_REQUEST  ? slot_request
+                         : state == SRV_PART_SLOT_FILE   ? slot_file
                          : state == SRV_PART_SLOT_FINISH ? slot_finish
                                                          : slot_fail;
     srv_storage_ask(slot->service->storage, kind, &slot->ask);

@@ -14,6 +14,7 @@ enum srv_part_slot_state {
     SRV_PART_SLOT_CLAIM,   /* waits for the result of the runner's claim */
     SRV_PART_SLOT_REQUEST, /* reads its job's request from the store */
     SRV_PART_SLOT_COMPUTE, /* its task is in the queue or with a worker */
+    SRV_PART_SLOT_FILE,    /* writes the file of the result */
     SRV_PART_SLOT_DONE,    /* has a result, and waits a moment for those of other small parts */
     SRV_PART_SLOT_FINISH,  /* stores the result */
     SRV_PART_SLOT_FAIL,    /* ends the job in the store as failed */
@@ -63,7 +64,7 @@ struct srv_part_slot *srv_part_slot_of_beat(struct srv_ask *beat);
  * below. */
 int srv_part_slot_holds(const struct srv_part_slot *slot);
 
-/** Sends the query of a state: REQUEST, FINISH or FAIL. */
+/** Sends the query of a state: REQUEST, FILE, FINISH or FAIL. */
 void srv_part_slot_ask(struct srv_part_slot *slot, enum srv_part_slot_state state);
 
 /** Asks the store to renew the lease or, with `look`, only whether the job has ended: the result is

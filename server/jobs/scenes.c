@@ -1,4 +1,4 @@
-#include "server/jobs/scenes.h"
+#include "server/jobs/jobs.h"
 
 #include <stdio.h>
 #include <stdlib.h>

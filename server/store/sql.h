@@ -1,8 +1,9 @@
-/* The driver interface of a database: statements, rows, and the words that differ between dialects.
+/* The driver interface of a database: statements, rows, and the words that differ between dialects;
+ * and rows of values for one statement as arrays in PostgreSQL's binary format (sql_list).
  * Leaves to others: the statements (store_statements), the libraries (store_sqlite,
  * store_postgres).
  * Invariant: a connection is used by one thread at a time; data from outside are passed as
- * parameters only. */
+ * parameters only; every column of a list has as many values as the list has rows. */
 #pragma once
 
 #include <stddef.h>
@@ -149,3 +150,38 @@ const char *srv_sql_columns(const char *text);
  * out  space for SRV_SQL_TEXT bytes; a longer text is a bug.
  */
 void srv_sql_spell(const struct srv_sql_driver *driver, const char *text, char out[SRV_SQL_TEXT]);
+
+/* Collected rows; initialized with {0}. */
+struct srv_sql_list {
+    const char *text;    /* their statement; NULL while the list is empty */
+    const char *letters; /* the types of its columns, see srv_sql_columns */
+    int rows, columns;
+    struct srv_sql_column {
+        char *data; /* header and elements of an array */
+        size_t bytes, cap;
+        int nulls; /* some element is NULL */
+    } column[SRV_SQL_PARAMETERS];
+};
+
+/**
+ * Adds a row; its values are copied. O(bytes of the values).
+ *
+ * text   a statement on rows of values, the same for every row of the list.
+ * value  `count` values of the statement's types; count <= SRV_SQL_PARAMETERS.
+ *
+ * Returns 0 if memory is short; the list is then empty.
+ */
+int srv_sql_list_add(struct srv_sql_list *list, const char *text, const struct srv_value value[],
+                     int count);
+
+/**
+ * Returns the columns as parameters of one statement, each an array in binary form.
+ *
+ * data, bytes  out, one for each column; borrowed, and valid until a row is added.
+ */
+void srv_sql_list_arrays(struct srv_sql_list *list, const char *data[], int bytes[]);
+
+/** Removes all rows and keeps the memory for the next ones. */
+void srv_sql_list_empty(struct srv_sql_list *list);
+
+void srv_sql_list_free(struct srv_sql_list *list);

@@ -21,7 +21,8 @@ enum {
     LISTEN_MS = 500,
     READERS = 1,
     WRITERS = 1,
-    THREADS = READERS + WRITERS + 1
+    DESKS = READERS + WRITERS + 1,
+    THREADS = DESKS + 4 /* for files */
 };
 
 struct storage_line {
@@ -50,7 +51,7 @@ struct srv_storage {
     int count;       /* number of desks; 1 in a worker process, which has one connection */
     int wake;        /* an eventfd that ends the wait of a single desk */
     atomic_int away; /* connections that cannot reach the store */
-    struct storage_desk desk[THREADS]; /* writers, readers, the listener */
+    struct storage_desk desk[THREADS]; /* writers, readers, the listener, those for files */
 };
 
 /* Records whether the store answered a desk. Logs when the first desk loses the store, and when all
@@ -228,6 +229,21 @@ static void *storage_serve(void *context) {
     return NULL;
 }
 
+/* serves asks for files, without a store */
+static void *storage_carry(void *context) {
+    struct srv_storage *storage = ((struct storage_desk *)context)->storage;
+    struct srv_ask *ask;
+    do {
+        pthread_mutex_lock(&storage->lock);
+        while (!(ask = storage_next(storage, SRV_ASK_FILE)) && !storage->over)
+            pthread_cond_wait(&storage->line[SRV_ASK_FILE].some, &storage->lock);
+        pthread_mutex_unlock(&storage->lock);
+        if (ask) ask->call.stored = ask->call.run(NULL, &ask->call);
+        if (ask) ask->done(ask);
+    } while (ask);
+    return NULL;
+}
+
 static void *storage_listen(void *context) {
     struct storage_desk *desk = context;
     struct srv_storage *storage = desk->storage;
@@ -236,6 +252,18 @@ static void *storage_listen(void *context) {
         if ((heard = srv_store_listen(desk->store, LISTEN_MS, -1)) > 0)
             storage->news(storage->context, SRV_RING_ALL);
     return NULL;
+}
+
+/* starts the threads for files */
+static enum pend_status storage_files(struct srv_storage *storage, struct pend_error *error) {
+    for (struct storage_desk *desk = &storage->desk[DESKS]; desk < &storage->desk[THREADS];
+         desk++) {
+        desk->storage = storage;
+        desk->runs = !pthread_create(&desk->thread, NULL, storage_carry, desk);
+        if (!desk->runs)
+            return pend_fail(error, PEND_NO_MEMORY, -1, 0, "cannot start a thread for files");
+    }
+    return PEND_OK;
 }
 
 /* logs how many processes the database supports */
@@ -254,10 +282,11 @@ static enum pend_status storage_start(struct srv_storage *storage, const char *u
                                       const struct srv_store_rules *rules,
                                       struct pend_error *error) {
     struct srv_store_rules own = *rules;
-    storage->count = THREADS;
+    storage->count = DESKS;
+    if (rules->files) PEND_TRY(storage_files(storage, error));
     for (int i = 0; i < storage->count; i++) {
         struct storage_desk *desk = &storage->desk[i];
-        int listens = i == THREADS - 1;
+        int listens = i == DESKS - 1;
         desk->storage = storage;
         desk->kind = i < WRITERS ? SRV_ASK_WRITE : SRV_ASK_READ;
         own.role = rules->role | (i ? SRV_SQL_BESIDE : 0);
@@ -320,7 +349,7 @@ void srv_storage_free(struct srv_storage **storage) {
 }
 
 void srv_storage_ask(struct srv_storage *storage, enum srv_ask_kind kind, struct srv_ask *ask) {
-    if (storage->count == 1) kind = SRV_ASK_WRITE;
+    if (storage->count == 1 && kind != SRV_ASK_FILE) kind = SRV_ASK_WRITE;
     struct storage_line *line = &storage->line[kind];
     pthread_mutex_lock(&storage->lock);
     assert(!storage->over && ask->done && ask->call.run);

@@ -4,7 +4,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "server/store/store_blobs.h"
+#include "server/store/store_call.h"
 
 enum pend_status srv_store_open(struct srv_store **store, const char *url,
                                 const struct srv_store_rules *rules, struct pend_error *error) {
@@ -21,7 +21,6 @@ enum pend_status srv_store_open(struct srv_store **store, const char *url,
     if (!(made = calloc(1, sizeof *made)))
         return pend_fail(error, PEND_NO_MEMORY, -1, 0, "out of memory");
     made->rules = *rules;
-    made->blobs = &srv_blobs_rows;
     made->tally.place =
         driver->shared
             ? (int)(((unsigned)getpid() ^ (unsigned)((uintptr_t)made >> 8)) % SRV_TALLY_PLACES)

@@ -7,6 +7,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "api/encode/encode_raw.h"
 #include "server/store/sql.h"
 
 enum {
@@ -57,6 +58,7 @@ struct srv_store_rules {
     long long source_bytes;
     long classes, class_pupils; /* most rooms in all, most pupils of a room */
     long long class_bytes;      /* most bytes of the items of a room */
+    struct srv_files *files;    /* where large results are stored; NULL = in the database */
 };
 
 /* A new job; texts are shorter than SRV_NAME_BYTES and not NULL unless noted. */
@@ -104,6 +106,7 @@ struct srv_lease {
     int64_t waited_us; /* waiting time of the job, for its first part; else 0 */
     int alone;         /* a worker that held it has vanished: it is now computed alone */
     int64_t part_us;   /* estimated computation time */
+    size_t elsewhere;  /* bytes of its result in a file, which count as stored */
     void *request;     /* the job's request; NULL if it is long; freed by srv_lease_clear */
     size_t request_bytes;
     void *start; /* checkpoint of the previous part; NULL if none; freed by srv_lease_clear */
@@ -308,6 +311,16 @@ enum srv_stored srv_store_release(struct srv_store *store, const char *worker);
  */
 enum srv_stored srv_store_chunk(struct srv_store *store, const char *id, long part, long chunk,
                                 void *data, size_t *bytes);
+
+enum { SRV_PART_FILES = 1000 };
+
+/** Calls `take` for the files of a job's parts, in order, from part *from on, for SRV_PART_FILES at
+ * most; *from becomes the part after the last. SRV_STORED_CLASH: the results of a part are in the
+ * database; SRV_STORED_DAMAGED; what `take` returns. */
+enum srv_stored srv_store_files(struct srv_store *store, const char *job, long *from,
+                                enum srv_stored (*take)(void *context, long part,
+                                                        const struct api_raw_file *file),
+                                void *context);
 
 /* The result of a sweep. */
 struct srv_store_sweep {

@@ -1,11 +1,11 @@
-#include "server/store/store_blobs.h"
+#include "server/store/store_jobs.h"
 
 #include <string.h>
 
-#include "server/store/store_seals.h"
+#include "server/store/store_rows.h"
 
-static enum srv_stored blobs_put(struct srv_store *store, const struct srv_lease *lease,
-                                 const char *data, size_t bytes) {
+enum srv_stored srv_blobs_put(struct srv_store *store, const struct srv_lease *lease,
+                              const char *data, size_t bytes) {
     for (size_t at = 0; at < bytes; at += SRV_CHUNK_BYTES) {
         size_t piece = bytes - at < SRV_CHUNK_BYTES ? bytes - at : SRV_CHUNK_BYTES;
         long chunk = (long)(at / SRV_CHUNK_BYTES);
@@ -38,14 +38,14 @@ static enum srv_stored row_chunk(void *context, const struct srv_value field[]) 
     return SRV_STORED;
 }
 
-static enum srv_stored blobs_get(struct srv_store *store, const char *job, long part, long chunk,
-                                 void *data, size_t *bytes) {
+enum srv_stored srv_blobs_get(struct srv_store *store, const char *job, long part, long chunk,
+                              void *data, size_t *bytes) {
     struct row_chunk row = {0, data, bytes, job, part, chunk};
     SRV_STORED_TRY(SRV_RUN(store, SQL_RESULT, row_chunk, &row, job, part, chunk));
     return row.rows ? SRV_STORED : SRV_STORED_NONE;
 }
 
-static enum srv_stored blobs_drop(struct srv_store *store, const char *job, int *more) {
+enum srv_stored srv_blobs_drop(struct srv_store *store, const char *job, int *more) {
     struct srv_row_wholes gone = {.count = 1};
     if (!more) return SRV_POST(store, SQL_RESULTS_REMOVE, job);
     SRV_STORED_TRY(SRV_RUN(store, SQL_RESULTS_REMOVE_SOME, srv_row_wholes, &gone, job));
@@ -53,4 +53,32 @@ static enum srv_stored blobs_drop(struct srv_store *store, const char *job, int 
     return SRV_STORED;
 }
 
-const struct srv_blobs srv_blobs_rows = {blobs_put, blobs_get, blobs_drop};
+struct row_files {
+    const char *job;
+    long *from;
+    enum srv_stored (*take)(void *context, long part, const struct api_raw_file *file);
+    void *context;
+};
+
+static enum srv_stored row_file(void *context, const struct srv_value field[]) {
+    struct row_files *rows = context;
+    struct api_raw_file file;
+    long part = (long)field[0].whole;
+    if (field[1].kind != SRV_SQL_BYTES || part < *rows->from ||
+        !srv_seal_chunk_whole(&field[2], rows->job, part, 0, field[1].data, field[1].bytes))
+        return SRV_STORED_DAMAGED;
+    *rows->from = part + 1;
+    return api_raw_file_get(field[1].data, field[1].bytes, &file)
+               ? rows->take(rows->context, part, &file)
+               : SRV_STORED_CLASH;
+}
+
+enum srv_stored srv_store_files(struct srv_store *store, const char *job, long *from,
+                                enum srv_stored (*take)(void *context, long part,
+                                                        const struct api_raw_file *file),
+                                void *context) {
+    struct row_files rows = {job, from, take, context};
+    SRV_STORED_TRY(srv_store_look(store));
+    return srv_store_end(
+        store, SRV_RUN(store, SQL_RESULTS, row_file, &rows, job, *from, (long)SRV_PART_FILES));
+}

@@ -5,12 +5,10 @@
 #include <time.h>
 
 #include "server/base/clock.h"
-#include "server/store/store_schema.h"
 
 /* UNSURE_NS: delay before a reconnection; LOST_NS: longest failed call that is repeated */
 enum { TRIES = 5, UNSURE_NS = 200000000, LOST_NS = 1000000000 };
 
-static_assert((int)SQL_COUNT <= SRV_SQL_STATEMENTS, "a driver keeps every statement");
 static_assert(SRV_TALLY_CLIENTS >= (int)SQL_EXPIRED_MOST + (int)SQL_PARTS_MOST,
               "a sweep may change the sums of as many clients as it finds jobs and parts");
 static_assert((int)SRV_TALLY_CLIENTS >= SRV_STORE_AHEAD, "a batch may have a client for each part");

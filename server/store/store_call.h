@@ -25,7 +25,6 @@ struct srv_store_ahead {
 
 struct srv_store {
     struct srv_sql *sql;
-    const struct srv_blobs *blobs; /* storage of results */
     struct srv_store_rules rules;
     int looking;  /* the current call has no transaction */
     int together; /* the transaction of a batch is open */

@@ -9,9 +9,7 @@
 
 #include "server/base/clock.h"
 #include "server/store/store_jobs.h"
-#include "server/store/store_quotas.h"
 #include "server/store/store_rows.h"
-#include "server/store/store_seals.h"
 
 /* CROWD: number of a client's changes that triggers a write to its row */
 enum { LAST_PARTS = 8, TURN_CLIENTS = 8, CROWD = 16 };

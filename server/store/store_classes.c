@@ -5,7 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "server/store/store_seals.h"
 
 struct row_class {
     struct srv_class *room;

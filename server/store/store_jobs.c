@@ -5,8 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "server/store/store_quotas.h"
-#include "server/store/store_seals.h"
 
 /* LIST_ROWS: rows per statement of a list. RING_PARTS: with so many waiting parts all workers are
  * busy claiming. */
@@ -266,9 +264,14 @@ enum srv_stored srv_store_list(struct srv_store *store, const char *client,
     return stored;
 }
 
+int srv_store_filed(const struct srv_store *store, const struct srv_job *job) {
+    return store->rules.files && job->begun > 0 &&
+           (job->parts > 1 || !job->done || job->bytes > SRV_CHUNK_BYTES);
+}
+
 /* deletes its parts: a few now, many later with its results */
 static enum srv_stored end_parts(struct srv_store *store, const struct srv_job *job) {
-    if (job->bytes > 0 || job->begun > SRV_FEW_PARTS)
+    if (job->bytes > 0 || job->begun > SRV_FEW_PARTS || srv_store_filed(store, job))
         return SRV_POST(store, SQL_REMOVAL_PUT, job->id, job->client, job->bytes);
     if (!job->begun) return SRV_STORED;
     return SRV_POST(store, SQL_PARTS_REMOVE, job->id);

@@ -1,13 +1,9 @@
-#include "server/store/store_leases.h"
+#include "server/store/store_jobs.h"
 
 #include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include "server/store/store_blobs.h"
-#include "server/store/store_jobs.h"
-#include "server/store/store_quotas.h"
 
 enum { PART_HELD = 1, PART_DONE = 2 };
 
@@ -116,31 +112,42 @@ static enum srv_stored finish_step(struct srv_store *store, struct srv_job *job,
     return srv_store_count_job(store, &was, job);
 }
 
+/* ends a call that stores nothing; if the job has ended, the sweep deletes the part's file */
+static enum srv_stored finish_late(struct srv_store *store, const struct srv_lease *lease,
+                                   const struct srv_job *job, enum srv_stored stored) {
+    int vain = stored == SRV_STORED_LOST && lease->elsewhere &&
+               (!*job->id || job->state > SRV_JOB_SUCCESSFUL);
+    if (vain) stored = SRV_POST(store, SQL_REMOVAL_PUT, lease->job, "nobody", 0);
+    stored = srv_store_end(store, stored);
+    return vain && stored == SRV_STORED ? SRV_STORED_LOST : stored;
+}
+
 enum srv_stored srv_store_finish(struct srv_store *store, const struct srv_lease *lease,
                                  const void *data, size_t bytes, const void *carry,
                                  size_t carry_bytes) {
     assert(lease->part >= 0 && lease->part < lease->parts && lease->attempt >= 1);
-    struct srv_job job;
+    struct srv_job job = {0};
     int64_t now;
     int done, over = 0;
     char message[SRV_REQUEST_HEAD_BYTES];
     SRV_STORED_TRY(srv_store_begin(store));
     enum srv_stored stored = lease_check(store, lease, &job, &done);
-    if (stored != SRV_STORED || done) return srv_store_end(store, stored);
+    if (stored != SRV_STORED || done) return finish_late(store, lease, &job, stored);
     /* read before the first write, because writes are collected over the calls of a batch */
-    stored = srv_store_room(store, job.client, bytes, message);
+    size_t counted = bytes + lease->elsewhere;
+    stored = srv_store_room(store, job.client, counted, message);
     if (stored == SRV_STORED) stored = srv_store_now(store, &now);
     if (stored == SRV_STORED_QUOTA) {
         over = 1;
         stored = srv_store_job_end(store, &job, SRV_JOB_FAILED, message);
     } else {
-        if (stored == SRV_STORED) stored = store->blobs->put(store, lease, data, bytes);
+        if (stored == SRV_STORED) stored = srv_blobs_put(store, lease, data, bytes);
         if (stored == SRV_STORED)
-            stored = SRV_POST(store, SQL_PART_END, lease->job, lease->part, bytes);
+            stored = SRV_POST(store, SQL_PART_END, lease->job, lease->part, counted);
         /* progress resets the count of vanished workers */
         if (stored == SRV_STORED && job.parts > 1)
             stored = SRV_POST(store, SQL_PARTS_CLEARED, lease->job);
-        if (stored == SRV_STORED) stored = finish_step(store, &job, bytes, carry, carry_bytes);
+        if (stored == SRV_STORED) stored = finish_step(store, &job, counted, carry, carry_bytes);
     }
     stored = srv_store_end(store, stored);
     return stored == SRV_STORED && over ? SRV_STORED_QUOTA : stored;
@@ -234,5 +241,5 @@ enum srv_stored srv_store_chunk(struct srv_store *store, const char *id, long pa
     assert(part >= 0 && chunk >= 0);
     *bytes = 0;
     SRV_STORED_TRY(srv_store_look(store));
-    return srv_store_end(store, store->blobs->get(store, id, part, chunk, data, bytes));
+    return srv_store_end(store, srv_blobs_get(store, id, part, chunk, data, bytes));
 }

@@ -1,4 +1,4 @@
-#include "server/store/sql_list.h"
+#include "server/store/sql.h"
 
 #include <assert.h>
 #include <poll.h>

@@ -1,4 +1,4 @@
-#include "server/store/store_quotas.h"
+#include "server/store/store_jobs.h"
 
 #include <assert.h>
 #include <stdio.h>

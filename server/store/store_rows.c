@@ -5,7 +5,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "server/store/store_seals.h"
+static_assert((int)SQL_COUNT <= (int)SRV_SQL_STATEMENTS, "a connection keeps every statement");
+
+const char *const srv_statement_text[SQL_COUNT] = {
+#define X(name, text) text,
+    STATEMENTS(X)
+#undef X
+};
 
 struct srv_value srv_value_whole(int64_t whole) {
     return (struct srv_value){SRV_SQL_WHOLE, whole, NULL, 0};

@@ -1,10 +1,14 @@
-/* The values of statements and the rows that they return.
+/* The values of statements and the rows that they return; seals: checksums of rows and their
+ * positions, which show whether a row is unchanged.
  * Leaves to others: the statements (store_statements), rows that only one file reads (that file).
- * Invariant: a text or a list that is too long is truncated; nothing is written out of bounds. */
+ * Invariant: a text or a list that is too long is truncated; nothing is written out of bounds.
+ * Every job, chunk of results, scene and room item has a seal, which has no secret: it detects
+ * accidents and exchanged rows, not an attacker who can write to the database. */
 #pragma once
 
 #include "server/store/store.h"
 #include "server/store/store_statements.h"
+#include "api/call/digest.h"
 
 /** Returns a number. */
 struct srv_value srv_value_whole(int64_t whole);
@@ -122,3 +126,42 @@ struct srv_row_jobs {
 /** Reads a row into a struct srv_row_jobs. An invalid row becomes a failed job, see `flaw`; a row
  * without an id is skipped. */
 enum srv_stored srv_row_job(void *context, const struct srv_value field[]);
+
+/* the seal of a job's row: the seal of its request, then that of all constant columns */
+enum { SRV_SEAL_JOB_BYTES = 2 * API_SEAL_BYTES };
+
+/** Computes the seal of a job's row from its id, client, operation, parts, chained, created, title
+ * and version, and its request. O(bytes). */
+void srv_seal_job(unsigned char seal[SRV_SEAL_JOB_BYTES], const struct srv_job *job,
+                  const void *request, size_t bytes);
+
+/** Returns non-zero if a job's row, without its request, is unchanged. O(1). */
+int srv_seal_job_whole(const struct srv_job *job, const struct srv_value *seal);
+
+/** Returns non-zero if a job's request is unchanged; `seal` is that of the row. O(bytes). */
+int srv_seal_request_whole(const struct srv_value *seal, const void *request, size_t bytes);
+
+/** Computes the seal of a chunk of results from its bytes, job, part and index. O(bytes). */
+void srv_seal_chunk(unsigned char seal[API_SEAL_BYTES], const char *job, long part, long chunk,
+                    const void *data, size_t bytes);
+
+/** Returns non-zero if a chunk is unchanged and in its place. O(bytes). */
+int srv_seal_chunk_whole(const struct srv_value *seal, const char *job, long part, long chunk,
+                         const void *data, size_t bytes);
+
+/** Computes the seal of a scene from its id and body. O(bytes). */
+void srv_seal_scene(unsigned char seal[API_SEAL_BYTES], const char *id, const void *body,
+                    size_t bytes);
+
+/** Returns non-zero if a scene is unchanged. O(bytes). */
+int srv_seal_scene_whole(const struct srv_value *seal, const char *id, const void *body,
+                         size_t bytes);
+
+/** Computes the seal of a room item from the room's code, the item's name, its readers, its change
+ * number, flag and body. O(bytes). */
+void srv_seal_item(unsigned char seal[API_SEAL_BYTES], const char *code, const char *name,
+                   const int64_t number[3], const void *body, size_t bytes);
+
+/** Returns non-zero if an item is unchanged. O(bytes). */
+int srv_seal_item_whole(const struct srv_value *seal, const char *code, const char *name,
+                        const int64_t number[3], const void *body, size_t bytes);

@@ -8,9 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "server/store/store_quotas.h"
+#include "server/store/store_jobs.h"
 #include "server/store/store_rows.h"
-#include "server/store/store_seals.h"
 
 /* checks the quotas of a client and of its source for one more scene; anew: no client stores it yet
  */

@@ -1,4 +1,4 @@
-#include "server/store/store_schema.h"
+#include "server/store/store_tally.h"
 
 #include <assert.h>
 #include <stdio.h>

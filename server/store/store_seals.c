@@ -1,4 +1,4 @@
-#include "server/store/store_seals.h"
+#include "server/store/store_rows.h"
 
 #include <assert.h>
 #include <stdio.h>

@@ -128,6 +128,9 @@
                    "BY created DESC, id DESC LIMIT $2")                                            \
     X(REMOVAL_PUT,                                                                                 \
       "INSERT INTO removals (job, client, bytes) VALUES ($1, $2, $3) ON CONFLICT DO NOTHING")      \
+    X(REMOVAL_LOST,                                                                                \
+      "INSERT INTO removals (job, client, bytes) SELECT $1, 'nobody', 0 WHERE NOT EXISTS (SELECT " \
+      "1 FROM jobs WHERE id = $1) ON CONFLICT DO NOTHING")                                         \
     X(REMOVAL,                                                                                     \
       "SELECT job, client, bytes FROM removals WHERE job <> '.' ORDER BY job LIMIT 1 {skip}")      \
     X(REMOVAL_END, "DELETE FROM removals WHERE job = $1")                                          \
@@ -165,6 +168,8 @@
     X(RESULT_PUT, "INSERT INTO results (job, part, chunk, data, seal) SELECT {1}, {2}, {3}, {4}, " \
                   "{5} {from twwbb}")                                                              \
     X(RESULT, "SELECT data, seal FROM results WHERE job = $1 AND part = $2 AND chunk = $3")        \
+    X(RESULTS, "SELECT part, data, seal FROM results WHERE job = $1 AND part >= $2 AND chunk = 0 " \
+               "ORDER BY part LIMIT $3")                                                           \
     X(RESULTS_REMOVE, "DELETE FROM results {using t} WHERE job = {1}")                             \
     X(RESULTS_REMOVE_SOME,                                                                         \
       "DELETE FROM results WHERE job = $1 AND (part, chunk) IN (SELECT part, chunk FROM results "  \

@@ -6,11 +6,9 @@
 #include <string.h>
 
 #include "server/base/clock.h"
-#include "server/store/store_blobs.h"
 #include "server/store/store_class_pupils.h"
+#include "server/store/store_files.h"
 #include "server/store/store_jobs.h"
-#include "server/store/store_leases.h"
-#include "server/store/store_quotas.h"
 #include "server/store/store_rows.h"
 
 /* Results up to SWEEP_SMALL bytes are deleted with their job, larger ones in steps. If the store's
@@ -40,19 +38,35 @@ static enum srv_stored row_removal(void *context, const struct srv_value field[]
     return SRV_STORED;
 }
 
-/* deletes some of a job's results and parts; the last step updates the client's sums */
+/* has a job's files deleted that no job names: their worker died when the job had just ended. They
+ * are older than any result, so that a store that does not know its jobs deletes none. */
+static enum srv_stored sweep_files(struct srv_store *store) {
+    char job[SRV_ID_BYTES];
+    if (!store->rules.files ||
+        !srv_files_old(store->rules.files, store->rules.keep_us / 1000000, job))
+        return SRV_STORED;
+    return SRV_POST(store, SQL_REMOVAL_LOST, job);
+}
+
+/* deletes some of a job's results, parts and files; the last step updates the client's
+ * sums */
 static enum srv_stored sweep_removal(struct srv_store *store, struct srv_store_sweep *sweep) {
     struct row_removal removal = {0};
     struct srv_row_wholes parts = {.count = 1};
     int chunks;
     SRV_STORED_TRY(SRV_RUN(store, SQL_REMOVAL, row_removal, &removal));
-    if (!removal.rows) return SRV_STORED;
+    if (!removal.rows) return sweep_files(store);
     sweep->more = 1;
     if (!*removal.job) return SRV_RUN(store, SQL_REMOVALS_NAMELESS, NULL, NULL);
-    SRV_STORED_TRY(store->blobs->drop(store, removal.job, &chunks));
+    SRV_STORED_TRY(srv_blobs_drop(store, removal.job, &chunks));
     if (chunks) return SRV_STORED;
     SRV_STORED_TRY(SRV_RUN(store, SQL_PARTS_REMOVE_SOME, srv_row_wholes, &parts, removal.job));
     if (parts.rows == SQL_PARTS_REMOVED) return SRV_STORED;
+    if (store->rules.files) {
+        enum srv_stored dropped = srv_files_drop(store->rules.files, removal.job);
+        sweep->more = dropped == SRV_STORED_AGAIN;
+        if (dropped != SRV_STORED) return SRV_STORED;
+    }
     SRV_STORED_TRY(SRV_POST(store, SQL_REMOVAL_END, removal.job));
     return removal.flaw ? srv_store_recount(store, removal.client)
                         : srv_store_count_bytes(store, removal.client, -removal.bytes);
@@ -73,9 +87,10 @@ static enum srv_stored expired_count(struct srv_store *store, const struct srv_j
 static enum srv_stored expired_remove(struct srv_store *store, const struct srv_job *job) {
     /* a failed or dismissed job already has a removal if it needs one */
     int kept = job->state == SRV_JOB_SUCCESSFUL,
-        large = kept && (job->bytes > SWEEP_SMALL || job->begun > SRV_FEW_PARTS);
+        large = kept && (job->bytes > SWEEP_SMALL || job->begun > SRV_FEW_PARTS ||
+                         srv_store_filed(store, job));
     SRV_STORED_TRY(expired_count(store, job, large));
-    if (kept && !large && job->bytes > 0) SRV_STORED_TRY(store->blobs->drop(store, job->id, NULL));
+    if (kept && !large && job->bytes > 0) SRV_STORED_TRY(srv_blobs_drop(store, job->id, NULL));
     if (kept && !large) SRV_STORED_TRY(SRV_POST(store, SQL_PARTS_REMOVE, job->id));
     return SRV_POST(store, SQL_JOBS_REMOVE, job->id);
 }

@@ -9,6 +9,7 @@
 #pragma once
 
 #include "server/store/store_rows.h"
+#include "server/store/sql.h"
 
 enum {
     SRV_TALLY_CLIENTS = 640, /* most clients per transaction */
@@ -81,3 +82,16 @@ enum srv_stored srv_tally_source(struct srv_tally *tally, const char *source, in
 
 /** Writes the changes; on SQLite also notifies other processes. */
 enum srv_stored srv_tally_write(struct srv_tally *tally);
+
+enum { SRV_SCHEMA = 1 }; /* the schema version of this program */
+
+/**
+ * Creates the tables if they do not exist.
+ *
+ * SRV_STORED_BROKEN  they have another version; the connection's complaint says so.
+ * SRV_STORED_AWAY    the database is unreachable.
+ */
+enum srv_stored srv_schema_settle(struct srv_sql *sql);
+
+/** Sets the complaint that the tables have another version. Returns SRV_STORED_BROKEN. */
+enum srv_stored srv_schema_other(struct srv_sql *sql, int64_t version);

@@ -57,6 +57,7 @@ struct srv_service {
     struct srv_inflight *inflight;  /* computations that other exchanges may join */
     struct srv_storage *storage;    /* the store of jobs; NULL = none */
     struct srv_part_runner *runner; /* computes jobs; NULL without a store */
+    struct srv_files *files;        /* where large results are stored; NULL = in the database */
     struct srv_events *events;      /* listeners of events; NULL without a store */
     struct api_limits job_limits;
     struct srv_buffer_pool pool;

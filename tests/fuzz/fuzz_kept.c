@@ -10,7 +10,6 @@
 
 #include "api/call/part.h"
 #include "server/store/store_rows.h"
-#include "server/store/store_seals.h"
 #include "tests/fuzz/fuzz.h"
 
 /* --- rows of jobs --- */

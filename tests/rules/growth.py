@@ -146,7 +146,8 @@ def main():
         home = pathlib.Path(top)
         (home / "docker").symlink_to(TOP / "docker")
         stand_ins(home / "bin")  # sbatch, scontrol and squeue of one machine; Debian's python3, which has NumPy
-        with daemon(build, "--store", f"sqlite:{home}/store.db", "--job-part-seconds", "0.05") as server:
+        (home / "results").mkdir()
+        with daemon(build, "--store", f"sqlite:{home}/store.db", "--results", f"file://{home}/results", "--job-part-seconds", "0.05") as server:
             environment = page(build, home, f"http://127.0.0.1:{server.port}")
         parts(home, environment)
         environment["PENDULUM_TOKEN"] = "0123456789abcdef0123456789abcdef"

@@ -613,3 +613,64 @@ TEST(a_request_is_kept_without_its_padding) {
     CHECK_INT(api_plan_read(&plan, &request, &limits, 1, &body, &out), 0);
     CHECK(body.bytes <= request.body_bytes);
 }
+
+/* the bodies of all records of one kind, or of all others */
+static void bodies_of(const struct api_buffer *raw, int rows, struct api_buffer *out) {
+    enum api_raw kind;
+    for (size_t at = 0, bytes; at < raw->bytes; at += API_RAW_HEAD + bytes) {
+        REQUIRE(api_raw_head(raw->data + at, &kind, &bytes));
+        if ((kind == API_RAW_ROWS) == rows)
+            CHECK(api_buffer_add(out, raw->data + at + API_RAW_HEAD, bytes) == PEND_OK);
+    }
+}
+
+/* moves the rows of a whole case into a file, and back */
+static void file_and_back(int i) {
+    struct api_request request = request_of(i, NULL);
+    struct api_limits limits;
+    struct pend_error error;
+    struct api_buffer raw, file, again, before, after;
+    struct api_buffer *const all[] = {&raw, &file, &again, &before, &after};
+    struct api_part *part;
+    struct api_raw_file said;
+    int done = 0;
+    for (size_t b = 0; b < sizeof all / sizeof *all; b++) api_buffer_init(all[b], 1 << 28);
+    api_limits_init(&limits);
+    REQUIRE(api_part_new(&part, &request, &limits, 0, 1, &error) == PEND_OK);
+    while (!done) REQUIRE(api_part_run(part, &raw, &done, &error) == PEND_OK);
+    bodies_of(&raw, 1, &before);
+    bodies_of(&raw, 0, &before);
+    enum pend_status filed = api_part_file(part, &raw, &file);
+    CHECK_SAYING(filed == PEND_OK, "case %d: %s", i, pend_status_text(filed));
+    api_part_free(&part);
+    REQUIRE(api_raw_file_get(raw.data, raw.bytes, &said));
+    CHECK(said.bytes == file.bytes && file.bytes > 8);
+    CHECK(api_raw_from_parquet(file.data, &said, &again) == PEND_OK);
+    bodies_of(&again, 1, &after);
+    memmove(raw.data, raw.data + API_RAW_FILE_BYTES, raw.bytes -= API_RAW_FILE_BYTES);
+    bodies_of(&raw, 0, &after);
+    CHECK_SAYING(before.bytes == after.bytes && !memcmp(before.data, after.data, after.bytes),
+                 "case %d: %zu bytes, then %zu", i, before.bytes, after.bytes);
+    /* any other bytes are refused or give rows, and are read within their bounds */
+    unsigned long long random = 7;
+    for (int k = 0; k < 60; k++) {
+        size_t bytes = (size_t)test_random_int(&random, (long)file.bytes);
+        char *copy = malloc(bytes + 1);
+        REQUIRE(copy != NULL);
+        memcpy(copy, file.data, bytes);
+        if (bytes) copy[test_random_int(&random, (long)bytes)] ^= 1;
+        struct api_raw_file wrong = said;
+        wrong.bytes = bytes;
+        wrong.rows += k % 3 ? 0 : 1000000 * k;
+        wrong.width += k % 5 ? 0 : k * 10000;
+        again.bytes = 0;
+        enum pend_status status = api_raw_from_parquet(copy, &wrong, &again);
+        CHECK(status == PEND_OK || status == PEND_BUG || status == PEND_LIMIT);
+        free(copy);
+    }
+    for (size_t b = 0; b < sizeof all / sizeof *all; b++) api_buffer_clear(all[b]);
+}
+
+TEST(rows_of_parts_go_through_parquet_files_unchanged) {
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) file_and_back((int)i);
+}

@@ -1,5 +1,5 @@
 /* Tests of server/store/sql_list, and of statements on rows of values in both dialects. */
-#include "server/store/sql_list.h"
+#include "server/store/sql.h"
 
 #include <stdio.h>
 #include <string.h>

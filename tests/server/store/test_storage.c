@@ -287,14 +287,14 @@ TEST(nobody_waits_for_a_database_that_is_silent_longer_than_the_limit) {
     REQUIRE(postgres);
     if (setting_begin(&setting, test_postgres_url(postgres))) {
         test_postgres_freeze(postgres, 1);
-        for (int i = 0; i < SRV_ASK_KINDS; i++) {
+        for (int i = 0; i < SRV_ASK_FILE; i++) {
             silence[i] =
                 (struct silence){&setting, (enum srv_ask_kind)i, {.id = "j"}, SRV_STORED, 0};
             silence[i].submission.ask.call.run = submission_run;
             silence[i].submission.done = silence[i].submission.good = &none;
             REQUIRE(!pthread_create(&thread[i], NULL, silence_main, &silence[i]));
         }
-        for (int i = 0; i < SRV_ASK_KINDS; i++) {
+        for (int i = 0; i < SRV_ASK_FILE; i++) {
             pthread_join(thread[i], NULL);
             CHECK_INT(silence[i].stored, SRV_STORED_AWAY);
             CHECK_SAYING(silence[i].seconds > 5 && silence[i].seconds < TEST_PATIENCE,

@@ -8,7 +8,6 @@
 #include "api/call/part.h"
 #include "server/protocol/identity.h"
 #include "server/store/store_rows.h"
-#include "server/store/store_seals.h"
 #include "tests/server/ground.h"
 #include "tests/server/live.h"
 

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "server/store/store_schema.h"
+#include "server/store/store_tally.h"
 #include "tests/server/ground.h"
 #include "tests/server/live.h"
 

@@ -1,6 +1,6 @@
 /* Tests of server/store/store_leases: parts and their holders; random histories agree with a
  * model. */
-#include "server/store/store_leases.h"
+#include "server/store/store_jobs.h"
 
 #include <stdio.h>
 #include <stdlib.h>

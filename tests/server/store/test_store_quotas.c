@@ -1,5 +1,5 @@
 /* Tests of server/store/store_quotas: exceeded limits. */
-#include "server/store/store_quotas.h"
+#include "server/store/store_jobs.h"
 
 #include <pthread.h>
 #include <stdio.h>

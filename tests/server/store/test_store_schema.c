@@ -1,6 +1,6 @@
 /* Tests of server/store/store_schema: the tables are created once, and those of another version are
  * left unchanged. */
-#include "server/store/store_schema.h"
+#include "server/store/store_tally.h"
 
 #include <pthread.h>
 #include <string.h>

@@ -1,6 +1,6 @@
 /* Tests of server/store/store_seals: rows with possible values that were not written like that, or
  * not there. */
-#include "server/store/store_seals.h"
+#include "server/store/store_rows.h"
 
 #include <stdio.h>
 #include <stdlib.h>

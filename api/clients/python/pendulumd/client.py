@@ -323,6 +323,10 @@ class Job:
         """The request. A job that failed or was cancelled no longer has it."""
         return dict(self.client.get(f"/v1/jobs/{self.id}/request"))
 
+    def manifest(self) -> dict[str, Any]:
+        """The Parquet files of the results, where the server stores results in files; `pendulumd.dataset.parts(job)` reads them."""
+        return dict(self.wait().client.get(f"/v1/jobs/{self.id}/results?manifest=true"))
+
     def cancel(self) -> Job:
         self.state = json.loads(self.client._ask("DELETE", f"/v1/jobs/{self.id}")[1])
         return self

@@ -23,7 +23,7 @@ from typing import Any, Optional, Union
 
 import numpy as np
 
-from .client import Problem, body_of
+from .client import Job, Problem, body_of
 
 try:
     import fcntl
@@ -187,7 +187,7 @@ def dataset(pendulum: Any, folder: Any, splits: Mapping[str, int], *, draw: Any,
         return _card(folder, [name for name, _, _ in shards], columns, splits, card, "application/x-parquet" if form == ".parquet" else "text/csv")
 
 
-# --- files of parts, of `pendulum --local --part K/N` ---
+# --- files of parts: of a job (?manifest=true), or of `pendulum --local --part K/N` ---
 
 def _varint(data: bytes, at: int) -> tuple[int, int]:
     value = shift = 0
@@ -282,11 +282,11 @@ def manifest(folder: Union[str, os.PathLike[str]]) -> dict[str, Any]:
     return made
 
 
-def parts(source: Union[str, os.PathLike[str]]) -> Iterator[dict[str, Any]]:
-    """The columns of each part of a manifest.json in turn, each file checked against its digest; one file is in memory at a time.
+def parts(source: Union[str, os.PathLike[str], Job]) -> Iterator[dict[str, Any]]:
+    """The columns of each part of a job, or of a manifest.json, in turn, each file checked against its digest; one file is in memory at a time.
     A ValueError names a file that is not the one that was written."""
-    base = os.path.dirname(os.fspath(source))
-    said = json.loads(_bytes(os.fspath(source)))
+    base = "" if isinstance(source, Job) else os.path.dirname(os.fspath(source))
+    said = source.manifest() if isinstance(source, Job) else json.loads(_bytes(os.fspath(source)))
     for file in said["files"]:
         href = file["href"] if "://" in file["href"] else os.path.join(base, file["href"])
         data = _bytes(href)
