@@ -40,6 +40,7 @@ FAULTS = {
     "cancelled": (faults.cancelled, BOTH, SPLIT, faults.note_times, None, faults.tell_times),
     "disk-full": (faults.disk_full, BOTH, SPLIT, faults.on_small_disk, faults.off_small_disk, None),
     "erased-when-full": (faults.erased_when_full, BOTH, SPLIT, faults.on_small_disk, faults.off_small_disk, None),
+    "files-robbed": (faults.files_robbed, ("postgres",), ("api",) + ("worker",) * 64, faults.in_files, faults.off_small_disk, None),
     "clock-wrong": (faults.clock_wrong, BOTH, (), faults.with_clock, None, None),
 }
 

@@ -5,6 +5,7 @@ Invariant: a fault strikes at a random instant while parts are computed; the dri
 """
 import concurrent.futures
 import contextlib
+import hashlib
 import itertools
 import json
 import os
@@ -387,6 +388,82 @@ def dismiss(house, *jobs):
         house.accepted[job] = "dismissed"
         house.ask("DELETE", f"/v1/jobs/{job}")
     house.settle()
+
+
+# --- results as files
+
+FILE_FAULTS = itertools.cycle(("killed", "stopped", "away", "full"))
+
+
+def in_files(house):
+    """Results are files on a file system of forty megabytes."""
+    directory = pathlib.Path(house.directory, "disk")
+    house.disk, house.ballast, house.folder = small_disk(directory, "40m"), directory / "ballast", directory / "results"
+    try:
+        house.disk.__enter__()
+    except PermissionError as error:
+        raise Skip(str(error)) from None
+    house.folder.mkdir()
+    house.more = ("--results", f"file://{house.folder}")
+
+
+def files_robbed(house):
+    """While parts are written as files, workers are killed, or stopped past their lease so that two write one part, or
+    the folder goes away and comes back, or its disk is full. Then the store names every file, with its digest."""
+    jobs, what = several(house) + several(house), next(FILE_FAULTS)
+    house.nap(0, 0.4)
+    workers = [daemon for daemon in house.daemons if daemon.role == "worker"]
+    some = house.random.sample(workers, max(1, len(workers) // 8))
+    house.note(what)
+    if what == "killed":
+        for worker in some:
+            house.kill(worker)
+            house.start("worker")
+    elif what == "stopped":
+        for number, seconds in ((signal.SIGSTOP, 2 * LEASE), (signal.SIGCONT, 0)):
+            for worker in some:
+                worker.stopped = number == signal.SIGSTOP
+                worker.process.send_signal(number)
+            time.sleep(seconds)
+    elif what == "away":
+        os.rename(house.folder, f"{house.folder}.aside")
+        house.nap(0.2, 2 * LEASE)
+        os.rename(f"{house.folder}.aside", house.folder)
+    else:
+        fill_disk(house)
+        house.nap(0.2, 1)
+        os.unlink(house.ballast)
+        for job, kind in list(jobs):
+            view = house.wait(job, "successful", "failed")
+            if view["status"] == "failed" and "disk" in view["message"]:
+                house.accepted[job] = "failed"
+                house.note("failed for want of space")
+                jobs.remove((job, kind))
+    house.finish(jobs)
+    for job, _ in jobs:
+        files_right(house, job)
+    dismiss(house, *(job for job, _ in jobs[1:]))
+    left = lambda: {path.name for path in house.folder.iterdir()} - {f"job={job}" for job, word in house.accepted.items() if word == "successful"}
+    end = time.monotonic() + 3 * LEASE
+    while left() and time.monotonic() < end:
+        time.sleep(0.1)
+    # whom a kill met between its file and its row leaves a folder of a job that has ended, until it is as old as results get
+    house.note("left for the sweep", len(left()))
+    if left() and what != "killed":
+        house.wrong.append(f"files of no job: {left()}")
+
+
+def files_right(house, job):
+    """The manifest names what is there: bytes, digests, and rows and bytes that agree with the job's."""
+    status, _, text = house.ask("GET", f"/v1/jobs/{job}/results?manifest=true")
+    files = json.loads(text)["files"] if status == 200 else []
+    for file in files:
+        data = pathlib.Path(file["href"][len("file://"):]).read_bytes()
+        if len(data) != file["bytes"] or hashlib.sha256(data).hexdigest() != file["sha256"]:
+            house.wrong.append(f"{job}: {file} has {len(data)} other bytes")
+    said, kept = house.place.rows(f"SELECT bytes, (SELECT COALESCE(SUM(LENGTH(data)), 0) FROM results WHERE job = jobs.id) FROM jobs WHERE id = '{job}'")[0]
+    if said != kept + sum(file["bytes"] for file in files) or status not in (200, 409):
+        house.wrong.append(f"{job}: {said} bytes are counted, {kept} are in the store, status {status}")
 
 
 def set_clock(house, seconds):

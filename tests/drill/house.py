@@ -93,11 +93,12 @@ class House:
         self.accepted, self.notes = {}, {}
         self.lost, self.wrong = [], []
         self.url, self.part = {}, PART  # url: of roles that reach the store another way
+        self.folder, self.more = None, ()  # of results as files, and the option that names it
 
     # --- daemons
 
     def start(self, role, *options, environment=None):
-        options = ("--job-part-seconds", self.part, "--job-lease-seconds", str(LEASE), *options)
+        options = ("--job-part-seconds", self.part, "--job-lease-seconds", str(LEASE), *self.more, *options)
         self.daemons.append(Daemon(self.build, self.url.get(role, self.place.url), role, self.directory, options, environment))
         return self.daemons[-1]
 
@@ -214,7 +215,7 @@ class House:
         twice = [f"part {row[1]} of {row[0]} was kept {row[2]} times" for row in
                  rows("SELECT job, number, COUNT(*) FROM drill_kept GROUP BY job, number HAVING COUNT(*) > 1")]
         twice += [f"{job} was made and nobody was told" for job in jobs if job not in self.accepted]
-        for what, command in SUMS:
+        for what, command in SUMS[bool(self.folder):]:
             self.wrong += [f"{what}: {row}" for row in rows(command)]
         return len(self.accepted), len(self.lost), len(twice), len(self.wrong), self.lost + twice + self.wrong
 
