@@ -15,6 +15,8 @@ enum {
     MOST_TOGETHER = 128,
     SWEEP_MS = 1000,
     SWEEP_WORKERS = 8,
+    SWEEP_SHARE = 20, /* a sweep that finds nothing takes 1/20 of the time at most, */
+    SWEEP_REST = 10,  /* and the next one comes after this many seconds at most */
     RING_MS = 10, /* ms: least time between two notifications by a process; for those of work, this
                    * times the number of workers */
     RING_WAKES = 300,
@@ -145,7 +147,7 @@ static void storage_sweep(struct storage_desk *desk, struct storage_round *round
     struct srv_store *store = desk->store;
     struct srv_store_figures figures;
     enum srv_stored stored;
-    int64_t now = srv_clock_now(), second = srv_clock_span(SWEEP_MS / 1000.0);
+    int64_t now = srv_clock_now(), begin = now, second = srv_clock_span(SWEEP_MS / 1000.0);
     if (!round->pieces) round->begun = now;
     int more = storage_piece(storage, store, round, &stored);
     round->next = now = srv_clock_now();
@@ -156,7 +158,9 @@ static void storage_sweep(struct storage_desk *desk, struct storage_round *round
     /* an api process sweeps every second; worker processes share the task */
     int64_t seconds =
         storage->count == 1 && stored == SRV_STORED ? 1 + figures.workers / SWEEP_WORKERS : 1;
-    if (!more) round->next = now + seconds * second;
+    int64_t rest = SWEEP_SHARE * (srv_clock_now() - begin);
+    if (rest > SWEEP_REST * second) rest = SWEEP_REST * second;
+    if (!more) round->next = now + (rest > seconds * second ? rest : seconds * second);
     if (stored != SRV_STORED) return;
     pthread_mutex_lock(&storage->lock);
     storage->figures = figures;

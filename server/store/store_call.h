@@ -6,7 +6,7 @@
 
 #include "server/store/store_tally.h"
 
-enum { SRV_STORE_AHEAD = 128 };
+enum { SRV_STORE_AHEAD = 128, SRV_STORE_FLOORS = 64 };
 
 /* The stored state of a claimed part. */
 struct srv_store_held {
@@ -36,6 +36,12 @@ struct srv_store {
     int ring;     /* pending notifications, SRV_RING_ bits */
     char crowded[SRV_NAME_BYTES]; /* a client with many changes not yet added to its row; "" = none
                                    */
+    /* where the claims of a client begin to look, see claim_look */
+    struct srv_store_floor {
+        char client[SRV_NAME_BYTES];
+        int64_t rank, full_ns, rest_ns; /* times: of the next look at all ranks, at the latest, and
+                                           at the earliest */
+    } floor[SRV_STORE_FLOORS];
     long workers;      /* processes that compute, at the last reading of figures; 0 = unknown */
     int64_t mended_ns; /* when a claim that found nothing last checked the sums */
     int64_t now;       /* us by the store's clock in this transaction; 0 = not read yet */

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "server/base/clock.h"
+#include "server/base/hash_table.h"
 #include "server/store/store_jobs.h"
 #include "server/store/store_rows.h"
 
@@ -19,6 +20,12 @@ enum { LAST_PARTS = 8, TURN_CLIENTS = 8, CROWD = 16 };
 
 /* a rank is a time plus a number of microseconds; this program never writes a larger value */
 #define CLAIM_RANK (INT64_C(1) << 62)
+
+/* FLOOR_US: us that the commit of a submitted job may take; FLOOR_NS: ns between two looks at all
+ * ranks, which take 1/FLOOR_SHARE of the time at most */
+#define FLOOR_US INT64_C(1000000)
+#define FLOOR_NS INT64_C(1000000000)
+enum { FLOOR_SHARE = 20 };
 
 struct row_lease {
     int rows;
@@ -91,12 +98,12 @@ static enum srv_stored clients_order(struct srv_store *store, struct row_clients
     return SRV_STORED;
 }
 
-/* sorts the clients by turn; turns used in this transaction count, though not written yet */
+/* A locked job with a part that can be claimed. */
 struct ready {
     struct srv_job job;
     int again; /* the next part was held before */
     int alone; /* that part must be computed alone */
-    int64_t part_us;
+    int64_t part_us, rank;
     void *request; /* malloc'ed; NULL if it is long or memory is short */
     size_t request_bytes;
 };
@@ -131,7 +138,7 @@ static enum srv_stored row_ready(void *context, const struct srv_value field[]) 
     /* check part_us here: an SQL error in the rank could not name the job */
     if (one.count && ready->part_us > CLAIM_RANK / SRV_RANK_TIMES / job->parts)
         row.flaw = "part_us";
-    srv_row_whole(&row, -CLAIM_RANK, CLAIM_RANK, "rank");
+    ready->rank = srv_row_whole(&row, -CLAIM_RANK, CLAIM_RANK, "rank");
     if (!one.count || !srv_job_open(job)) row.flaw = one.count ? "state" : "id";
     if (!job->flaw) job->flaw = row.flaw;
     /* a part that was held before may have crashed its worker, so it comes last, unless there are
@@ -259,16 +266,49 @@ static int claim_passes(const struct claim *claim, struct ready *ready) {
     return 0;
 }
 
+/* Reads a client's jobs that can be claimed, lowest ranks first. While a transaction anywhere holds
+ * an old snapshot, PostgreSQL keeps the index entries of jobs that have ended since, and a look at
+ * all ranks passes over all of them. Therefore it begins where the last one has claimed everything;
+ * parts that were returned have lower ranks and are found by the next look at all ranks. */
+static enum srv_stored claim_look(struct srv_store *store, const char *name, int most,
+                                  struct srv_store_floor *floor, struct row_ready *rows) {
+    int64_t begin = srv_clock_now();
+    if (strcmp(floor->client, name) != 0) *floor = (struct srv_store_floor){.full_ns = begin};
+    snprintf(floor->client, sizeof floor->client, "%s", name);
+    if (begin < floor->full_ns) {
+        SRV_STORED_TRY(SRV_RUN(store, SQL_JOBS_READY, row_ready, rows, name, most, floor->rank));
+        if (rows->rows || begin < floor->rest_ns) return SRV_STORED;
+    }
+    SRV_STORED_TRY(SRV_RUN(store, SQL_JOBS_READY, row_ready, rows, name, most, -CLAIM_RANK));
+    int64_t end = srv_clock_now();
+    floor->rest_ns = end + FLOOR_SHARE * (end - begin);
+    floor->full_ns = floor->rest_ns > end + FLOOR_NS ? floor->rest_ns : end + FLOOR_NS;
+    return SRV_STORED;
+}
+
+/* lowers a floor to the rank of a job, or to the lowest that its parts can get */
+static void floor_lower(struct srv_store_floor *floor, const struct ready *ready) {
+    const struct srv_job *job = &ready->job;
+    int64_t least = job->flaw ? -CLAIM_RANK : job->now - FLOOR_US, rank = ready->rank;
+    if (!job->flaw && job->parts > 1)
+        rank -= srv_store_rank(0, ready->part_us * (job->parts - job->begun));
+    if (rank < least) least = rank;
+    if (least < floor->rank) floor->rank = least;
+}
+
 /* claims one part from each of a client's jobs */
 static enum srv_stored claim_client(struct srv_store *store, const struct turn *client, int most,
                                     struct claim *claim) {
     struct row_ready rows = {0};
+    struct srv_store_floor *floor =
+        &store->floor[srv_hash_bytes(1, client->name, strlen(client->name)) % SRV_STORE_FLOORS];
     enum srv_stored stored =
-        client->flaw ? SRV_STORED_DAMAGED
-                     : SRV_RUN(store, SQL_JOBS_READY, row_ready, &rows, client->name, most);
+        client->flaw ? SRV_STORED_DAMAGED : claim_look(store, client->name, most, floor, &rows);
+    floor->rank = rows.rows ? CLAIM_RANK : floor->rank;
     for (int i = 0; i < rows.rows && stored == SRV_STORED; i++) {
         struct ready *ready = &rows.ready[i];
         struct srv_job *job = &ready->job;
+        floor_lower(floor, ready);
         if (!claim_suits(claim, ready->part_us)) break;
         if (claim_passes(claim, ready)) continue;
         /* a damaged job is handled only if it is the first */

@@ -97,7 +97,7 @@
     X(JOBS_READY, "SELECT {job}, part_us, rank, CASE WHEN waiting > 0 THEN (SELECT COUNT(*) FROM " \
                   "parts WHERE job = jobs.id AND state = 0 AND aside = 1) ELSE 0 END, CASE WHEN "  \
                   "LENGTH(request) <= 4096 THEN request END FROM jobs WHERE client = $1 AND "      \
-                  "ready = 1 ORDER BY rank, created LIMIT $2 {skip}")                              \
+                  "ready = 1 AND rank >= $3 ORDER BY rank, created LIMIT $2 {skip}")               \
     X(JOB_CLAIM,                                                                                   \
       "UPDATE jobs SET rank = rank - {rank parts - begun} + {rank parts - begun - {3}}, state = "  \
       "1, started = CASE WHEN started = 0 THEN {now} ELSE started END, waiting = waiting - {2}, "  \
