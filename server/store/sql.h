@@ -181,7 +181,6 @@ int srv_sql_list_add(struct srv_sql_list *list, const char *text, const struct s
  */
 void srv_sql_list_arrays(struct srv_sql_list *list, const char *data[], int bytes[]);
 
-/** Removes all rows and keeps the memory for the next ones. */
+/** Removes all rows and keeps the memory for the next ones; srv_sql_list_free frees it. */
 void srv_sql_list_empty(struct srv_sql_list *list);
-
 void srv_sql_list_free(struct srv_sql_list *list);

@@ -109,6 +109,8 @@ enum srv_stored srv_files_put(struct srv_files *files, const char *job, long par
              (!files_same(link + 7, data, file->bytes) && files_write(link + 7, data, file->bytes));
     failed = failed || files_sync(folder + 7) || files_sync(files->url + 7);
     enum srv_stored stored = files_result(files, failed);
+    /* the job may have ended meanwhile, and nobody would come for an empty folder */
+    if (stored != SRV_STORED) rmdir(folder + 7);
     return stored == SRV_STORED_NONE ? SRV_STORED_AGAIN : stored;
 }
 

@@ -10,6 +10,7 @@ import itertools
 import json
 import os
 import pathlib
+import shutil
 import signal
 import struct
 import time
@@ -450,7 +451,9 @@ def files_robbed(house):
     # whom a kill met between its file and its row leaves a folder of a job that has ended, until it is as old as results get
     house.note("left for the sweep", len(left()))
     if left() and what != "killed":
-        house.wrong.append(f"files of no job: {left()}")
+        house.wrong.append(f"{what}: files of no job: {left()}")
+    for name in left():
+        shutil.rmtree(house.folder / name)
 
 
 def files_right(house, job):

@@ -1,9 +1,11 @@
 /* Tests of store_files: files of parts in a folder. */
 #include "server/store/store_files.h"
 
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -86,6 +88,22 @@ TEST(a_folder_that_is_gone_is_away) {
     CHECK_INT(srv_files_get(&given.files, job, 0, &file, NULL), SRV_STORED_AWAY);
     CHECK_INT(srv_files_drop(&given.files, job), SRV_STORED_AWAY);
     CHECK(!mkdir(given.path, 0700));
+    CHECK_INT(srv_files_put(&given.files, job, 0, &file, "PAR1"), SRV_STORED);
+    given_end(&given);
+}
+
+TEST(a_file_that_does_not_fit_leaves_no_folder) {
+    struct given given;
+    struct api_raw_file file = file_of("PAR1", 4);
+    struct rlimit no = {0}, any;
+    char link[SRV_FILES_LINK];
+    given_begin(&given);
+    srv_files_link(&given.files, job, 0, NULL, link);
+    CHECK(!getrlimit(RLIMIT_FSIZE, &any) && signal(SIGXFSZ, SIG_IGN) != SIG_ERR);
+    no.rlim_max = any.rlim_max;
+    CHECK(!setrlimit(RLIMIT_FSIZE, &no));
+    CHECK(srv_files_put(&given.files, job, 0, &file, "PAR1") != SRV_STORED);
+    CHECK(!setrlimit(RLIMIT_FSIZE, &any) && access(link + 7, F_OK));
     CHECK_INT(srv_files_put(&given.files, job, 0, &file, "PAR1"), SRV_STORED);
     given_end(&given);
 }
