@@ -26,8 +26,8 @@ export async function ninety_degrees_are_horizontal_and_grow_against_the_clock(r
     });
     assert.ok(Math.hypot(tip.x - place[0], tip.y - place[1]) < 1e-3, `${typed}°: ${JSON.stringify(tip)}`);
   }
-  assert.match(await field.getAttribute("aria-label"), /from hanging, counterclockwise/);
-  assert.match(await page.textContent("button[data-arm='1']"), /starts at 180° from hanging/);
+  assert.match(await field.getAttribute("aria-label"), /from the downward vertical, counterclockwise/);
+  assert.match(await page.textContent("button[data-arm='1']"), /starts at 180° from the vertical/);
   await field.fill("450");
   await field.press("Enter");
   assert.equal(await field.inputValue(), "90", "a full turn more is the same start");

@@ -82,7 +82,7 @@ export async function the_map_shows_which_starts_are_caught(rig) {
     for (const key of keys) await page.press(`${drawer} canvas.map`, key);
     return page.textContent(`${drawer} .map-point`);
   };
-  assert.match(await words(Array(9).fill("Shift+ArrowRight")), /at its place after/, "upright is held");
+  assert.match(await words(Array(9).fill("Shift+ArrowRight")), /caught after/, "upright is held");
   assert.match(await words([...Array(2).fill("Shift+ArrowLeft"), ...Array(3).fill("Shift+ArrowUp")]), /not caught within/);
   await close(page);
 }

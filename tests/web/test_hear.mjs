@@ -16,13 +16,13 @@ export async function the_motion_is_told_in_words_when_they_are_asked_for(rig) {
   await page.keyboard.press("Enter");
   assert.equal(await page.getAttribute("[data-hear=words]", "role"), "status");
   const words = await page.textContent("[data-hear=words]");
-  assert.match(words, /^At 0\.00 s\. Arm 1 is at 30° from hanging, to the right, and is at rest;.* Arm 4 is at .* One more arm is not described\.$/);
+  assert.match(words, /^At 0\.00 s\. Arm 1 is at 30° from the vertical, to the right, and is at rest;.* Arm 4 is at .* One more arm is not described\.$/);
   await page.evaluate(() => pendulumd.store.set({ pendulum: { length: [1], mass: [1], parent: [0], gravity: 9.81 }, initial: { phi: [-Math.PI / 3], phid: [0] } }));
   await moving(page);
   await page.evaluate(() => { pendulumd.clock.pause(); pendulumd.clock.seek(0.3); });
   await page.keyboard.press("Enter");
   // 2 pi sqrt(l / g) = 2.006 s, of 30 degrees 1.7 % longer
-  assert.match(await page.textContent("[data-hear=words]"), /^At 0\.30 s\. Arm 1 is at 1\d° from hanging, to the right, and swings clockwise; its largest angle in this motion is 30°\. It swings once in 2\.04 s\.$/);
+  assert.match(await page.textContent("[data-hear=words]"), /^At 0\.30 s\. Arm 1 is at 1\d° from the vertical, to the right, and swings clockwise; its largest angle in this motion is 30°\. It swings once in 2\.04 s\.$/);
   assert.deepEqual(await violations(page), []);
   await close(page);
 }

@@ -31,7 +31,7 @@ export async function arms_are_turned_stretched_weighed_added_and_deleted_by_key
   await page.focus('[data-arm="2"]');
   await held(page, "ArrowRight", 2); // one step of history; pressed at leisure they would be two
   assert.ok(Math.abs((await doc(page)).initial.phi[1] + Math.PI / 18) < 1e-12, "two times five degrees");
-  assert.match(await said(page), /Arm 2 on arm 1.* 80° from hanging/);
+  assert.match(await said(page), /Arm 2 on arm 1.* 80° from the vertical/);
   await page.waitForFunction(() => pendulumd.clock.playing);
   await page.keyboard.press("Shift+ArrowUp");
   assert.equal((await doc(page)).pendulum.length[1], 1.55);

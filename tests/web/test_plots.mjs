@@ -27,7 +27,7 @@ export async function plots_lead_the_clock_when_it_stands_and_zoom_together(rig)
   const lowest = await page.locator("[data-chart=drift] .chart-area").boundingBox();
   await page.mouse.move(lowest.x + lowest.width - 1, lowest.y + 30);
   assert.ok(Math.abs(await clockTime(page) - 10) < 0.2, "the other charts are not zoomed");
-  await page.click("text=Whole time");
+  await page.click("text=Show all");
   // a click stops the clock where it is
   await page.evaluate(() => window.pendulumd.clock.play());
   await page.mouse.click(box.x + box.width * 0.75, box.y + 30);

@@ -14,14 +14,14 @@ export async function the_stage_is_told_in_words(rig) {
   assert.deepEqual(await heard(page, "#stage"), [
     '- img "A pendulum of one arm in motion. Its arm is a button, next in the order of the tab key."',
     '- group "Arms of the pendulum":',
-    '- button "Arm 1 at the pivot: 1 m, 1 kg, starts at 40° from hanging"',
+    '- button "Arm 1 at the pivot: 1 m, 1 kg, starts at 40° from the vertical"',
     '- group "Forces in the arms":',
     "- text: −15 −7.5 0 7.5 15 N tension: pulls the tip towards the joint compression: pushes the tip away from the joint",
     '- button "Forces as arrows"',
     '- button "Red and blue, as in the paper"',
   ]);
   await page.focus("[data-arm='1']");
-  for (const [key, words] of [["ArrowLeft", /^Arm 1 at the pivot: 1 m, 1 kg, starts at 45° from hanging$/], ["Shift+ArrowUp", /1\.05 m, 1 kg/], ["+", /1\.05 m, 1\.1 kg/],
+  for (const [key, words] of [["ArrowLeft", /^Arm 1 at the pivot: 1 m, 1 kg, starts at 45° from the vertical$/], ["Shift+ArrowUp", /1\.05 m, 1 kg/], ["+", /1\.05 m, 1\.1 kg/],
     ["a", /^Arm 2 added to arm 1$/], ["t", /^Trail of arm 2 (shown|hidden)$/], ["Delete", /^Arm 2 deleted$/], ["Delete", /^The last arm stays/], ["Control+z", /^Undone: deleting an arm$/]]) {
     await page.keyboard.press(key);
     assert.match(await said(page), words, key);

@@ -13,7 +13,7 @@ export default {
   "branches.energy": "der Energie",
   "branches.amplitude.axis": "größter Winkel eines Arms, °",
   "branches.energy.axis": "Energie über der Ruhe, J",
-  "branches.along": "Welche Bahn des Zweigs",
+  "branches.along": "Bahn des Zweigs",
   "branches.begin": "Diese Bahn in Bewegung setzen",
   "branches.moving": "Die Bahn der Mode {mode} bewegt sich auf der Bühne.",
   "branches.stable": "Bis {angle}°, {energy} J: {frequency} Hz, Periode {period} s; stabil.",

@@ -3,7 +3,7 @@
 export default {
   "examples.first": "Erste Schritte",
   "examples.surprising": "Überraschend",
-  "examples.driven": "Angetrieben und wirklich",
+  "examples.driven": "Antrieb und Reibung",
   "examples.trees": "Bäume und Ketten",
   "examples.more": "Weitere",
   "preset.single.words":

@@ -149,7 +149,7 @@ export default {
   "help.trail.key": "T",
   "help.trail": "zeigt oder verbirgt die Spur seiner Spitze",
   "help.enter.key": "Eingabe",
-  "help.enter": "geht zu seinen Zahlen",
+  "help.enter": "die Zahlen des Arms ändern",
   "help.space.key": "Leertaste",
   "help.space": "spielt ab und hält an",
   "help.undo.key": "Strg + Z, Strg + Y",
@@ -163,7 +163,7 @@ export default {
   "said.added": "Arm {arm} an Arm {carrier} gehängt",
   "said.removed": "Arm {arm} gelöscht",
   "said.removed.branch": "Arm {arm} mit seinem Zweig gelöscht, zusammen {count} Arme",
-  "said.last": "Der letzte Arm bleibt: Ein Pendel hat mindestens einen.",
+  "said.last": "Der letzte Arm kann nicht gelöscht werden.",
   "said.trail.on": "Spur von Arm {arm} sichtbar",
   "said.trail.off": "Spur von Arm {arm} verborgen",
   "said.preset": "{name} ist auf der Bühne",
@@ -217,8 +217,9 @@ export default {
     "Dieser Browser merkt sich nichts für diese Seite: Was gewählt ist, gilt, solange dieser Tab offen ist.",
   "failure.page":
     "In der Seite ist etwas schiefgegangen. Wenn es nicht weitergeht, bitte neu laden.",
-  "offline.kept": "Diese Seite öffnet sich auch ohne Netz: Was sie braucht, behält dieser Browser.",
-  "offline.coming": "Was die Seite ohne Netz braucht, wird gerade in diesem Browser abgelegt.",
+  "offline.kept":
+    "Diese Seite funktioniert auch offline: Alles Nötige ist in diesem Browser gespeichert.",
+  "offline.coming": "Die Seite wird gerade für die Offline-Nutzung gespeichert.",
   "offline.none":
     "Ohne Netz lässt sich diese Seite nicht öffnen: Der Browser speichert nur Seiten mit https-Adressen und solche dieses Geräts.",
   "offline.newer": "Eine neuere Fassung dieser Seite ist da; das nächste Laden nimmt sie.",

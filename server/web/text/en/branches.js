@@ -12,7 +12,7 @@ export default {
   "branches.energy": "energy",
   "branches.amplitude.axis": "largest arm angle, °",
   "branches.energy.axis": "energy above equilibrium, J",
-  "branches.along": "Orbit on the branch",
+  "branches.along": "Orbit of the branch",
   "branches.begin": "Set this orbit in motion",
   "branches.moving": "The orbit of mode {mode} moves on the stage.",
   "branches.stable": "Up to {angle}°, {energy} J: {frequency} Hz, period {period} s; stable.",

@@ -3,7 +3,7 @@
 export default {
   "examples.first": "First steps",
   "examples.surprising": "Surprising",
-  "examples.driven": "Driven and real",
+  "examples.driven": "Drives and friction",
   "examples.trees": "Trees and chains",
   "examples.more": "More",
   "preset.single.words":

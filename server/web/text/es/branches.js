@@ -12,7 +12,7 @@ export default {
   "branches.energy": "la energía",
   "branches.amplitude.axis": "mayor ángulo de un brazo, °",
   "branches.energy.axis": "energía sobre el reposo, J",
-  "branches.along": "Qué órbita de la rama",
+  "branches.along": "Órbita de la rama",
   "branches.begin": "Poner esta órbita en movimiento",
   "branches.moving": "La órbita del modo {mode} se mueve en el escenario.",
   "branches.stable": "Hasta {angle}°, {energy} J: {frequency} Hz, periodo {period} s; estable.",

@@ -3,7 +3,7 @@
 export default {
   "examples.first": "Primeros pasos",
   "examples.surprising": "Sorprendente",
-  "examples.driven": "Forzados y reales",
+  "examples.driven": "Forzamiento y rozamiento",
   "examples.trees": "Árboles y cadenas",
   "examples.more": "Otros",
   "preset.single.words":

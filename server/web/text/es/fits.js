@@ -43,8 +43,8 @@ export default {
   "fits.running": "Se está calculando el ajuste.",
   "fits.stopped": "El ajuste se ha parado.",
   "fits.moving": "El péndulo ajustado se mueve en el escenario.",
-  "fits.noTime": "Ninguna columna es el tiempo.",
-  "fits.nothing": "Ninguna columna es un ángulo o un lugar.",
+  "fits.noTime": "Ninguna columna contiene tiempos.",
+  "fits.nothing": "Ninguna columna contiene ángulos o posiciones.",
   "fits.accepted": "El movimiento ajustado sigue las mediciones.",
   "fits.rejected":
     "El mejor movimiento encontrado no sigue las mediciones: son de otro péndulo, o el error dado es demasiado pequeño.",
@@ -108,7 +108,7 @@ export default {
   "trials.title": "Serie de medidas",
   "trials.intro":
     "Una fila por péndulo: cambie la longitud, la masa o la amplitud, déjelo oscilar y añádalo. Una ley se ajusta a las filas.",
-  "trials.add": "Añadir lo que oscila",
+  "trials.add": "Añadir este péndulo",
   "trials.empty": "Fila vacía",
   "trials.copy": "Copiar la tabla",
   "trials.remove": "Quitar la fila {row}",

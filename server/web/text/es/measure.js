@@ -13,7 +13,7 @@ export default {
   "measure.unlike": "media de {count} oscilaciones, de {least} a {most} s",
   "measure.notPeriodic": "no es periódico: {count} oscilaciones de {least} a {most} s",
   "measure.modes": "Las oscilaciones pequeñas tienen los periodos de los modos: ver Modos.",
-  "measure.noSwing": "No pasa dos veces por la posición colgante en un mismo sentido.",
+  "measure.noSwing": "No pasa dos veces por la posición más baja en el mismo sentido.",
   "measure.tooQuick":
     "Avanza demasiado de una muestra a la siguiente ({step} s) para conocer su periodo.",
   "measure.watch.title": "Cronómetro",
@@ -37,8 +37,8 @@ export default {
   "measure.handle.b": "Regla, extremo B: {x} m a la derecha del pivote, {y} m por encima",
   "measure.handle.corner":
     "Transportador, vértice: {x} m a la derecha del pivote, {y} m por encima",
-  "measure.handle.from": "Transportador, primer lado: {angle}° desde la posición colgante",
-  "measure.handle.to": "Transportador, segundo lado: {angle}° desde la posición colgante",
+  "measure.handle.from": "Transportador, primer lado: {angle}° desde la vertical",
+  "measure.handle.to": "Transportador, segundo lado: {angle}° desde la vertical",
   "measure.number.ax": "A, hacia la derecha en m",
   "measure.number.ay": "A, hacia arriba en m",
   "measure.number.bx": "B, hacia la derecha en m",

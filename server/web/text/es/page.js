@@ -143,7 +143,7 @@ export default {
   "help.trail.key": "T",
   "help.trail": "muestra u oculta el rastro de su extremo",
   "help.enter.key": "Intro",
-  "help.enter": "va a sus números",
+  "help.enter": "editar los valores del brazo",
   "help.space.key": "Espacio",
   "help.space": "reproduce y detiene",
   "help.undo.key": "Ctrl + Z, Ctrl + Y",
@@ -156,7 +156,7 @@ export default {
   "said.added": "Brazo {arm} añadido en el brazo {carrier}",
   "said.removed": "Brazo {arm} borrado",
   "said.removed.branch": "Brazo {arm} borrado con su rama, {count} brazos en total",
-  "said.last": "El último brazo se queda: un péndulo tiene al menos uno.",
+  "said.last": "El último brazo no se puede eliminar.",
   "said.trail.on": "Rastro del brazo {arm} visible",
   "said.trail.off": "Rastro del brazo {arm} oculto",
   "said.preset": "{name} está en el escenario",
@@ -207,8 +207,9 @@ export default {
   "failure.storage":
     "Este navegador no guarda nada para esta página: lo elegido dura mientras esta pestaña esté abierta.",
   "failure.page": "Algo ha ido mal en la página. Si no continúa, recárgala.",
-  "offline.kept": "Esta página también se abre sin red: este navegador guarda lo que necesita.",
-  "offline.coming": "Este navegador está guardando lo que la página necesita sin red.",
+  "offline.kept":
+    "Esta página también funciona sin conexión: todo lo necesario está guardado en este navegador.",
+  "offline.coming": "La página se está guardando para usarla sin conexión.",
   "offline.none":
     "Esta página no se puede abrir sin conexión: el navegador solo guarda páginas con https o de este equipo.",
   "offline.newer": "Hay una versión más nueva de esta página; la próxima carga la toma.",

@@ -13,7 +13,7 @@ export default {
   "branches.energy": "l’énergie",
   "branches.amplitude.axis": "plus grand angle d’un bras, °",
   "branches.energy.axis": "énergie au-dessus du repos, J",
-  "branches.along": "Quelle orbite de la branche",
+  "branches.along": "Orbite de la branche",
   "branches.begin": "Mettre cette orbite en mouvement",
   "branches.moving": "L’orbite du mode {mode} se déroule sur la scène.",
   "branches.stable": "Jusqu’à {angle}°, {energy} J : {frequency} Hz, période {period} s ; stable.",

@@ -3,7 +3,7 @@
 export default {
   "examples.first": "Premiers pas",
   "examples.surprising": "Surprenant",
-  "examples.driven": "Entraîné et réel",
+  "examples.driven": "Forçage et frottement",
   "examples.trees": "Arbres et chaînes",
   "examples.more": "Autres",
   "preset.single.words":

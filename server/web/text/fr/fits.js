@@ -43,8 +43,8 @@ export default {
   "fits.running": "L'ajustement est en cours de calcul.",
   "fits.stopped": "L'ajustement a été arrêté.",
   "fits.moving": "Le pendule ajusté bouge sur la scène.",
-  "fits.noTime": "Aucune colonne n'est le temps.",
-  "fits.nothing": "Aucune colonne n'est un angle ou une position.",
+  "fits.noTime": "Aucune colonne ne contient de temps.",
+  "fits.nothing": "Aucune colonne ne contient d’angles ni de positions.",
   "fits.accepted": "Le mouvement ajusté suit les mesures.",
   "fits.rejected":
     "Le meilleur mouvement trouvé ne suit pas les mesures : elles sont d'un autre pendule, ou l'erreur donnée est trop petite.",
@@ -108,7 +108,7 @@ export default {
   "trials.title": "Série de mesures",
   "trials.intro":
     "Une ligne par pendule : changez la longueur, la masse ou l’amplitude, laissez-le osciller et ajoutez-le. Une loi est ajustée aux lignes.",
-  "trials.add": "Ajouter ce qui oscille",
+  "trials.add": "Ajouter ce pendule",
   "trials.empty": "Ligne vide",
   "trials.copy": "Copier le tableau",
   "trials.remove": "Retirer la ligne {row}",

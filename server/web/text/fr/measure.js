@@ -13,7 +13,7 @@ export default {
   "measure.unlike": "moyenne de {count} oscillations, de {least} à {most} s",
   "measure.notPeriodic": "non périodique : {count} oscillations de {least} à {most} s",
   "measure.modes": "Les petites oscillations ont les périodes des modes : voir Modes.",
-  "measure.noSwing": "Il ne passe pas deux fois par la position pendante dans le même sens.",
+  "measure.noSwing": "Il ne passe pas deux fois par la position la plus basse dans le même sens.",
   "measure.tooQuick":
     "Il avance trop d’un échantillon au suivant ({step} s) pour que sa période soit connue.",
   "measure.watch.title": "Chronomètre",

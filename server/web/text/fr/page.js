@@ -143,7 +143,7 @@ export default {
   "help.trail.key": "T",
   "help.trail": "montre ou cache la trace de son extrémité",
   "help.enter.key": "Entrée",
-  "help.enter": "va à ses nombres",
+  "help.enter": "modifier les valeurs du bras",
   "help.space.key": "Espace",
   "help.space": "lit et met en pause",
   "help.undo.key": "Ctrl + Z, Ctrl + Y",
@@ -156,7 +156,7 @@ export default {
   "said.added": "Bras {arm} ajouté sur le bras {carrier}",
   "said.removed": "Bras {arm} supprimé",
   "said.removed.branch": "Bras {arm} supprimé avec sa branche, {count} bras en tout",
-  "said.last": "Le dernier bras reste : un pendule en a au moins un.",
+  "said.last": "Le dernier bras ne peut pas être supprimé.",
   "said.trail.on": "Trace du bras {arm} montrée",
   "said.trail.off": "Trace du bras {arm} cachée",
   "said.preset": "{name} est sur la scène",
@@ -207,8 +207,9 @@ export default {
   "failure.storage":
     "Ce navigateur ne conserve rien pour cette page : ses choix durent tant que cet onglet est ouvert.",
   "failure.page": "Quelque chose a mal tourné dans la page. Si elle s’arrête là, rechargez-la.",
-  "offline.kept": "Cette page s’ouvre aussi sans réseau : ce navigateur garde ce qu’il lui faut.",
-  "offline.coming": "Ce navigateur est en train de garder ce qu’il faut à la page sans réseau.",
+  "offline.kept":
+    "Cette page fonctionne aussi hors ligne : tout le nécessaire est enregistré dans ce navigateur.",
+  "offline.coming": "La page est en cours d’enregistrement pour une utilisation hors ligne.",
   "offline.none":
     "Cette page ne s’ouvre pas hors ligne : le navigateur n’enregistre que les pages en https ou de cette machine.",
   "offline.newer":

@@ -13,7 +13,7 @@ export default {
   "branches.energy": "de energie",
   "branches.amplitude.axis": "grootste hoek van een arm, °",
   "branches.energy.axis": "energie boven het evenwicht, J",
-  "branches.along": "Welke baan van de tak",
+  "branches.along": "Baan van de tak",
   "branches.begin": "Deze baan in beweging zetten",
   "branches.moving": "De baan van eigentrilling {mode} beweegt op het toneel.",
   "branches.stable": "Tot {angle}°, {energy} J: {frequency} Hz, periode {period} s; stabiel.",

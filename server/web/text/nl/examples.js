@@ -3,7 +3,7 @@
 export default {
   "examples.first": "Eerste stappen",
   "examples.surprising": "Verrassend",
-  "examples.driven": "Aangedreven en echt",
+  "examples.driven": "Aandrijving en wrijving",
   "examples.trees": "Bomen en kettingen",
   "examples.more": "Meer",
   "preset.single.words":

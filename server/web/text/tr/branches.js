@@ -12,7 +12,7 @@ export default {
   "branches.energy": "enerji",
   "branches.amplitude.axis": "kolların en büyük açısı, °",
   "branches.energy.axis": "dengenin üstündeki enerji, J",
-  "branches.along": "Dalın hangi yörüngesi",
+  "branches.along": "Dalın yörüngesi",
   "branches.begin": "Bu yörüngeyi harekete geçir",
   "branches.moving": "{mode}. modun yörüngesi sahnede hareket ediyor.",
   "branches.stable": "{angle}° kadar, {energy} J: {frequency} Hz, periyot {period} s; kararlı.",

@@ -3,7 +3,7 @@
 export default {
   "examples.first": "İlk adımlar",
   "examples.surprising": "Şaşırtıcı",
-  "examples.driven": "Zorlanmış ve gerçek",
+  "examples.driven": "Zorlama ve sürtünme",
   "examples.trees": "Ağaçlar ve zincirler",
   "examples.more": "Diğerleri",
   "preset.single.words":

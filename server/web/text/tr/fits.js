@@ -9,7 +9,7 @@ export default {
   "fits.rows": "Okunan satır: {count}.",
   "fits.columns": "Sütunlar nedir",
   "fits.role.none": "kullanılmıyor",
-  "fits.role.theta": "{arm}. kolun θ açısı, asılı durumdan",
+  "fits.role.theta": "{arm}. kolun düşeyle yaptığı θ açısı",
   "fits.role.phi": "{arm}. kolun φ açısı, yataydan",
   "fits.role.x": "{arm}. ucun x'i",
   "fits.role.y": "{arm}. ucun y'si",
@@ -43,8 +43,8 @@ export default {
   "fits.running": "Uydurma hesaplanıyor.",
   "fits.stopped": "Uydurma durduruldu.",
   "fits.moving": "Uydurulan sarkaç sahnede hareket ediyor.",
-  "fits.noTime": "Hiçbir sütun zaman değil.",
-  "fits.nothing": "Hiçbir sütun açı ya da konum değil.",
+  "fits.noTime": "Hiçbir sütun zaman içermiyor.",
+  "fits.nothing": "Hiçbir sütun açı ya da konum içermiyor.",
   "fits.accepted": "Uydurulan hareket ölçümleri izliyor.",
   "fits.rejected":
     "Bulunan en iyi hareket ölçümleri izlemiyor: ölçümler başka bir sarkacın, ya da verilen hata çok küçük.",
@@ -107,7 +107,7 @@ export default {
   "trials.title": "Ölçüm dizisi",
   "trials.intro":
     "Her sarkaç için bir satır: uzunluğu, kütleyi veya genliği değiştirin, salınmaya bırakın ve ekleyin. Satırlara bir yasa uydurulur.",
-  "trials.add": "Salınanı ekle",
+  "trials.add": "Bu sarkacı ekle",
   "trials.empty": "Boş satır",
   "trials.copy": "Tabloyu kopyala",
   "trials.remove": "{row}. satırı sil",
