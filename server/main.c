@@ -157,7 +157,7 @@ int main(int argc, char **argv) {
     }
     srv_log_message(srv_daemon_log(daemon), "listening on %s", srv_daemon_url(daemon));
     if (isatty(STDERR_FILENO))
-        srv_log_message(srv_daemon_log(daemon), "open it in a browser; Ctrl-C ends it; %s%.200s",
+        srv_log_message(srv_daemon_log(daemon), "open it in a browser; Ctrl-C stops it; %s%.200s",
                         main_kept(&config),
                         strncmp(config.store, "sqlite:", 7) ? "" : config.store + 7);
     if (srv_daemon_lack(daemon)[0])

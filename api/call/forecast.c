@@ -18,7 +18,7 @@ int api_forecast_begins(const struct api_op *op, const void *state, const struct
     if (op->doubt <= 0 || limits->stored || !(seconds > op->doubt * limits->compute_seconds))
         return 1;
     api_problem_set(problem, 422,
-                    API_TYPE_LIMIT "this would compute for about %.2g s (estimated), longer than "
+                    API_TYPE_LIMIT "this would take about %.2g s (estimated), longer than "
                                    "the limit %s of %.15g s: %s%s",
                     seconds, api_limits_name(limits, &limits->compute_seconds),
                     limits->compute_seconds, forecast_way_out(op, state), forecast_job(limits));
@@ -48,11 +48,10 @@ int api_forecast_good(struct api_forecast *forecast, const struct api_op *op, vo
             "this would take about %.2g integration steps, more than the limit %s of %.0f: %s%s",
             steps / part, api_limits_name(limits, &limits->steps), limits->steps, way_out, job);
     else if (work > 0 && seconds / work > times * limits->compute_seconds)
-        api_problem_set(
-            problem, 422,
-            API_TYPE_LIMIT
-            "this would compute for about %.2g s, longer than the limit %s of %.15g s: %s%s",
-            seconds / work, api_limits_name(limits, &limits->compute_seconds),
-            limits->compute_seconds, way_out, job);
+        api_problem_set(problem, 422,
+                        API_TYPE_LIMIT
+                        "this would take about %.2g s, longer than the limit %s of %.15g s: %s%s",
+                        seconds / work, api_limits_name(limits, &limits->compute_seconds),
+                        limits->compute_seconds, way_out, job);
     return !problem->status;
 }

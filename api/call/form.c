@@ -75,7 +75,7 @@ static const char *form_behind(const struct form *form, const char *at) {
     }
     while (at < end && (*at == ' ' || *at == '\t')) at++;
     if (end - at >= 2 && !memcmp(at, "\r\n", 2)) return at + 2;
-    (void)form_fault(form, at, "the line of a boundary must end here");
+    (void)form_fault(form, at, "a boundary line must end here");
     return NULL;
 }
 
@@ -304,7 +304,7 @@ static enum pend_status form_data(const struct form *form, const struct api_valu
     if (!several && form->tables > 1) {
         api_value_fault(&runs, form->problem,
                         API_CODE_MISSING "is required with several parts named csv: an array of %d "
-                                         "objects, one for each run, {} at least",
+                                         "objects, one for each run, each at least {}",
                         form->tables);
         return PEND_INVALID;
     }

@@ -12,7 +12,7 @@ enum pend_status api_openapi_write(const struct api_openapi *document, const cha
         for (const char *tag; (tag = api_openapi_tags[i]); i++)
             if (strlen(tag) == bytes && !memcmp(tag, at, bytes)) break;
         if (!api_openapi_tags[i]) {
-            api_problem_set(problem, 422, "?tag= takes one or several of %s, not %.99s",
+            api_problem_set(problem, 422, "?tag= must be one or more of %s, got %.99s",
                             api_openapi_names, at);
             return PEND_INVALID;
         }

@@ -74,7 +74,7 @@ static enum pend_status results_form(const struct api_format *format, int apart,
                                      struct pend_error *error) {
     if (format->picture)
         return pend_fail(error, PEND_INVALID, -1, 0,
-                         "a picture needs every member, and some are not computed yet: ask for "
+                         "a picture needs all members, and some are not computed yet: ask for "
                          "numbers, or wait for the end of the job");
     if (apart && format == &api_format_json)
         return pend_fail(error, PEND_INVALID, -1, 0,

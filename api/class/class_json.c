@@ -145,7 +145,7 @@ static int64_t class_wants(const struct api_value *question, struct api_problem 
     }
     if (api_value_kind(&choices) != API_MISSING)
         api_value_fault(&choices, problem,
-                        API_CODE_NOT_APPLICABLE "is for questions of the kind \"choice\"");
+                        API_CODE_NOT_APPLICABLE "is only for questions of the kind \"choice\"");
     return FLAG_KIND * kind;
 }
 

@@ -1,4 +1,4 @@
-/* The items of class rooms as JSON: reading requests, and writing answers.
+/* The items of classrooms as JSON: reading requests, and writing answers.
  * Leaves to others: storing items, and who may read them (server/store/store_classes,
  * server/classes). Invariant: an item is stored in its canonical form, so equal items have equal
  * bytes; a pendulum in an item is accepted by /v1/trajectories. */

@@ -60,7 +60,7 @@ static int time_find(struct guess *guess) {
         if (guess->given[i] || guess->roles->column[i].why) continue;
         if (!column->rises || column->low >= column->high || column->numbers < csv->rows) continue;
         if (words & API_CSV_WORD_FRAME) {
-            leave(&guess->roles->column[i], "counts frames: give a column of instants in s");
+            leave(&guess->roles->column[i], "counts frames: add a column of times in s");
             continue;
         }
         if (named) continue;
@@ -202,10 +202,12 @@ static void column_doubt(const struct guess *guess, int i) {
     struct api_csv_taken *taken = &guess->roles->column[i];
     int numbered = guess->words[i].number >= 0 || guess->csv->column[i].group.bytes;
     if (taken->role == API_CSV_PHI)
-        taken->why = "phi is measured from the positive real axis; angles from hanging are theta";
+        taken->why =
+            "phi is measured from the positive real axis; angles from the vertical are theta";
     if (guess->hints->arms > 1 && !numbered && !guess->hints->count)
         taken->sure = 0, taken->why = "its name has no arm number: arms are assigned in order";
-    if (guess->generic) taken->why = "read as the angle from hanging: nothing names it";
+    if (guess->generic)
+        taken->why = "read as the angle from the vertical: the columns are only named x and y";
 }
 
 static void column_take(struct guess *guess, int i, int seen[]) {
@@ -256,7 +258,7 @@ static void rates_drop(struct guess *guess) {
                       other->role <= API_CSV_Y;
         }
         if (!beside) continue;
-        leave(taken, "programs often compute this from the angle, which is here too: name it "
+        leave(taken, "programs often compute this from the angle, which is in the table: name it "
                      "in \"columns\" if it was measured separately");
         taken->arm = 0, taken->sure = 1, guess->roles->measured--;
     }
@@ -280,8 +282,8 @@ static void unnamed_take(struct guess *guess) {
             -1,
             0,
             0,
-            places ? "read as positions of the tips, x before y: the file has no names"
-                   : "read as angles from hanging: the file has no names"};
+            places ? "read as positions of the tips, x before y: the file has no column names"
+                   : "read as angles from the vertical: the file has no column names"};
         guess->roles->measured++;
     }
 }

@@ -302,7 +302,7 @@ static void value_fault_unknown(const struct api_value *member, const char *cons
     if (!object->parent && !strcmp(member->key, "method")) {
         api_value_fault(member, problem,
                         API_CODE_UNKNOWN_FIELD
-                        "is not a field here: leave it out: only POST /v1/trajectories takes a "
+                        "is not a field here, leave it out: only POST /v1/trajectories takes a "
                         "method, such as \"radau\" for stiff pendulums");
         return;
     }

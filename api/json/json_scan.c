@@ -127,7 +127,7 @@ static enum pend_status scan_expected(struct scan *s, const char *what) {
 static enum pend_status scan_charge(struct scan *s, size_t cost) {
     s->cost += cost;
     if (s->cost <= COST_FREE + COST_PER_BYTE * s->bytes) return PEND_OK;
-    return scan_fail(s, 422, s->at, "too many tiny values for so short a text");
+    return scan_fail(s, 422, s->at, "too many values for a text of this length");
 }
 
 static enum pend_status scan_push_number(struct scan *s, double x) {

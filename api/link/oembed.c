@@ -104,7 +104,7 @@ static int oembed_is(const char *part, size_t bytes, const char *name) {
            (bytes == length || part[length] == '=');
 }
 
-/* Writes the link of the embed view. Returns 0 if the link is to a class room. */
+/* Writes the link of the embed view. Returns 0 if the link is to a classroom. */
 static int oembed_view(const char *url, const char *path, struct api_oembed *out) {
     const char *query = path + (*path == '/'), *rest = query + strcspn(query, "#");
     size_t length = (size_t)(path - url);
@@ -134,8 +134,8 @@ static int oembed_link(const char *url, const char *host, struct api_oembed *out
     size_t scheme = !strncasecmp(url, "https://", 8) ? 8 : strncasecmp(url, "http://", 7) ? 0 : 7;
     if (!scheme || !oembed_sound(url)) {
         api_problem_set(problem, 422,
-                        "url must be a link that begins with http:// or https:// and has no "
-                        "characters that a link cannot have");
+                        "url must be a link that begins with http:// or https:// and has only "
+                        "characters that are valid in a link");
         return 0;
     }
     size_t bytes = strcspn(url + scheme, "/?#");
@@ -145,7 +145,7 @@ static int oembed_link(const char *url, const char *host, struct api_oembed *out
     if (ours && page && oembed_view(url, path, out)) return 1;
     api_problem_set(problem, 404,
                     "only links to this server's page can be embedded: http://%.100s/, optionally "
-                    "with a query and a fragment, and not links to class rooms",
+                    "with a query and a fragment, and not links to classrooms",
                     host ? host : "its.host");
     return 0;
 }

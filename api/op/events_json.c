@@ -152,7 +152,7 @@ static void check_others(const struct api_events *events, const struct api_value
             "need the method taylor in double precision: leave \"method\" and \"precision\" out");
     if (!problem->status && !spans)
         api_value_fault(API_MEMBER(root, "times"), problem,
-                        API_CODE_OUT_OF_RANGE "must span some time to search for events");
+                        API_CODE_OUT_OF_RANGE "must span a time in which to search for events");
     for (int k = events->tree->cart; start && k < start->n; k++)
         if (fabs(start->phi[k]) > PEND_TURNS_FROM) {
             api_value_fault(&initial, problem,
@@ -164,7 +164,7 @@ static void check_others(const struct api_events *events, const struct api_value
     if (!events->rows && reading->format != &api_format_json)
         api_value_fault(field, problem,
                         API_CODE_UNSUPPORTED
-                        "can be answered together with samples only in %s, and not by a job: ask "
+                        "can be returned together with samples only in %s, and not by a job: ask "
                         "for events alone by \"rows\": \"events\"",
                         api_format_json.media_type);
 }

@@ -185,7 +185,7 @@ static void sections_read_time(struct sections *sections, const struct api_value
     double span = sections->duration + fabs(sections->first - sections->origin);
     if (span > periods_most * sections->period && sections->period > 0)
         api_value_fault(API_MEMBER(API_MEMBER(root, "section"), "period"), problem,
-                        API_CODE_LIMIT "is too short for %.6g s: at most %.0e periods are counted",
+                        API_CODE_LIMIT "is too short for %.6g s: at most %.0e periods are possible",
                         span, periods_most);
 }
 

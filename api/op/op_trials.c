@@ -64,8 +64,8 @@ static void trial_read(struct trials *trials, const struct api_value *item, doub
     if (isnan(y)) t->y = 0;
     if (isfinite(t->x) && isfinite(t->y) && isfinite(t->weight)) return;
     api_value_fault(item, problem,
-                    API_CODE_OUT_OF_RANGE "needs %s, and %s or null; a power or a pendulum needs "
-                                          "them above 0",
+                    API_CODE_OUT_OF_RANGE
+                    "needs %s, and %s or null; for a power or a pendulum they must be above 0",
                     columns[trials->x], columns[trials->y]);
 }
 

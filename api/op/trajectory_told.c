@@ -56,8 +56,8 @@ static void tell_linear(struct api_trajectory_told *told,
     }
     if (most * most * most <= 6 * motion->method->accuracy) return;
     snprintf(told->linear, sizeof told->linear,
-             "method linear is valid for small swings: this start is %.2g rad from hanging at "
-             "rest. The result differs from the pendulum's motion; use method taylor.",
+             "method linear is valid for small swings: this start is %.2g rad from equilibrium. "
+             "The result differs from the pendulum's motion; use method taylor.",
              most);
     api_stats_warning(stats, "warning_linear", told->linear);
 }

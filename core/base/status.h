@@ -10,9 +10,9 @@
     X(PEND_LIMIT, "a limit would be exceeded")                                                     \
     X(PEND_NO_MEMORY, "out of memory")                                                             \
     X(PEND_CANCELLED, "the computation was cancelled")                                             \
-    X(PEND_DEADLINE, "the computation outran its time limit")                                      \
+    X(PEND_DEADLINE, "the computation exceeded its time limit")                                    \
     X(PEND_NOT_FINITE, "a number ceased to be finite")                                             \
-    X(PEND_STEP_TOO_SMALL, "the step size fell below what the numbers resolve")                    \
+    X(PEND_STEP_TOO_SMALL, "the step size fell below the resolution of the numbers")               \
     X(PEND_TOO_MANY_STEPS, "the step limit was reached before the last instant")                   \
     X(PEND_NO_CONVERGENCE, "an iteration did not converge")                                        \
     X(PEND_BUG, "an internal check failed")

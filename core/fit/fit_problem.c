@@ -39,9 +39,10 @@ enum pend_status pend_fit_check(const struct pend_fit_problem *problem, struct p
     for (long i = 0; i < problem->rows; i++)
         for (int c = 0; c < problem->columns; c++) count += !isnan(problem->column[c].data[i]);
     if (count < (size_t)problem->unknowns)
-        return pend_fail(error, PEND_INVALID, -1, 0,
-                         "%zu measurements are too few for %d unknowns: there must be as many",
-                         count, problem->unknowns);
+        return pend_fail(
+            error, PEND_INVALID, -1, 0,
+            "%zu measurements are too few for %d unknowns: there must be at least as many", count,
+            problem->unknowns);
     for (long i = 0; i < problem->rows; i++) {
         long before = fit_disorder(problem, i);
         if (before == i) continue;

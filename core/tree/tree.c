@@ -83,13 +83,14 @@ static void tree_check_parents(int n, const int parent[], struct tree_faults *fa
         if (parent[i] != -1) continue;
         if (root >= 0)
             tree_fault(faults, PEND_FIELD_PARENT, i, -1,
-                       "only one arm can hang at the pivot (0), and arm %d does already", root + 1);
+                       "only one arm can hang from the pivot (0), and arm %d already does",
+                       root + 1);
         else
             root = i;
     }
     if (root < 0)
         tree_fault(faults, PEND_FIELD_PARENT, -1, -1,
-                   "one arm must hang at the pivot (0), but none does");
+                   "one arm must hang from the pivot (0), but none does");
 }
 
 /* Lists the arms so that each comes after all arms of its sub-tree; size: the number of arms in
@@ -129,7 +130,7 @@ static void tree_fault_cycle(const int parent[], int first, int waiting[],
     } while (k != first);
     const char *dots = count > 8 ? "... > " : "";
     if (count == 1)
-        tree_fault(faults, PEND_FIELD_PARENT, first, -1, "an arm cannot hang on itself");
+        tree_fault(faults, PEND_FIELD_PARENT, first, -1, "an arm cannot hang from itself");
     else
         tree_fault(faults, PEND_FIELD_PARENT, first, -1,
                    "a cycle of %d arms that never reaches the pivot: %s%s%d", count, names, dots,
@@ -351,8 +352,7 @@ static void path_check_row(const struct path_reading *in, int i, int on_way[],
                 i + 1);
         else
             tree_fault(faults, PEND_FIELD_PATH, i, j,
-                       "must be %d: row %d has to be row %d (the arm it hangs on) with a 1 added "
-                       "at column %d",
+                       "must be %d: row %d must be row %d (its parent) with a 1 added in column %d",
                        want, i + 1, in->parent[i] + 1, i + 1);
     }
 }

@@ -51,10 +51,11 @@
     X(workers, "pendulumd_workers", "", "Threads that compute")                                    \
     X(busy, "pendulumd_workers_busy", "", "Workers that are computing")                            \
     X(connections, "pendulumd_connections", "", "Open connections")                                \
-    X(event_streams, "pendulumd_event_streams", "", "Open streams of jobs' events")                \
+    X(event_streams, "pendulumd_event_streams", "", "Open event streams")                          \
     X(held, "pendulumd_held_bytes", "",                                                            \
       "Memory used by or reserved for requests, answers, jobs and connections")                    \
-    X(held_connections, "pendulumd_held_kind_bytes", "kind=\"connections\"", "The same by owner")  \
+    X(held_connections, "pendulumd_held_kind_bytes", "kind=\"connections\"",                       \
+      "Memory used by or reserved for each kind of owner")                                         \
     X(held_bodies, "pendulumd_held_kind_bytes", "kind=\"bodies\"", "")                             \
     X(held_computations, "pendulumd_held_kind_bytes", "kind=\"computations\"", "")                 \
     X(held_answers, "pendulumd_held_kind_bytes", "kind=\"answers\"", "")                           \
@@ -79,7 +80,7 @@
     X(store_bytes, "pendulumd_store_bytes", "", "Bytes kept for jobs in the store")                \
     X(store_up, "pendulumd_store_up", "", "1 while the store answers, else 0; 0 without a store")  \
     X(resident, "process_resident_memory_bytes", "", "Resident memory of the process")             \
-    X(started, "process_start_time_seconds", "", "When the process began, in seconds since 1970")
+    X(started, "process_start_time_seconds", "", "Start of the process, in seconds since 1970")
 
 /* Histograms of durations: field, stage; those of requests, then those of jobs. */
 #define SRV_STAGES(X)                                                                              \

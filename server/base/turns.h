@@ -1,5 +1,5 @@
 /* Fair scheduling on three levels: roads (addresses, rooms) take turns, the lanes (clients) of a
- * road take turns, and a lane is first in, first out. The queue, the storage and class rooms use
+ * road take turns, and a lane is first in, first out. The queue, the storage and classrooms use
  * them.
  * Leaves to others: locks, the waiting objects, bounds.
  * Invariant: a road is linked while one of its lanes is, a lane while something waits in it. */

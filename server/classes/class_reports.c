@@ -63,7 +63,7 @@ static void room_answer(struct srv_store_request *asked, enum srv_stored stored)
     if (stored != SRV_STORED) {
         srv_class_request_refuse(asked, stored);
     } else if (room != SRV_ROOM) {
-        srv_exchange_crowded(exchange, room, "contents of the class room");
+        srv_exchange_crowded(exchange, room, "contents of the classroom");
     } else if (own->more && own->text.bytes < REPORTS_PAGE) {
         srv_store_request_ask(asked, SRV_ASK_READ, room_run, room_answer);
         return;

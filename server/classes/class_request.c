@@ -23,7 +23,7 @@ enum { REQUEST_BODY = 1 << 18, REQUEST_TEXT = 4 << 20 };
 static const char request_letters[] = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789";
 
 static const struct srv_store_request_words request_words = {
-    "rooms of classes", "a request that writes may be repeated unchanged"};
+    "classrooms", "a request that writes may be repeated unchanged"};
 
 struct srv_class_request *srv_class_request_of(struct srv_store_request *asked) {
     assert(asked->more);
@@ -100,7 +100,7 @@ static void request_nowhere(struct srv_class_request *own) {
     struct srv_exchange *exchange = own->exchange;
     if (!own->joins) {
         srv_exchange_problem(exchange, 404,
-                             "there is no class room with this code that your token has joined");
+                             "there is no classroom with this code that your token has joined");
         return;
     }
     (void)request_waits(exchange, SRV_PACE_TRIES, 1);
@@ -108,12 +108,12 @@ static void request_nowhere(struct srv_class_request *own) {
     if (wait > 0) {
         srv_exchange_problem(exchange, 429,
                              API_TYPE_RATE
-                             "there is no class room with this code, and too many wrong codes were "
+                             "there is no classroom with this code, and too many wrong codes were "
                              "sent before, from your address or from many addresses");
         srv_exchange_retry(exchange, wait);
     } else {
         srv_exchange_problem(exchange, 404,
-                             "there is no class room with this code, or it has ended");
+                             "there is no classroom with this code, or it has ended");
     }
 }
 
@@ -149,8 +149,8 @@ static int request_names(struct srv_class_request *own) {
     struct srv_exchange *exchange = own->exchange;
     if (!request_who(own)) return 0;
     if (!own->joins && !*own->who) {
-        srv_admission_challenge(exchange,
-                                "only members can use a class room: send the token that joined it");
+        srv_admission_challenge(
+            exchange, "only members can use a classroom: send the token with which you joined it");
         return 0;
     }
     if (!exchange->argument) return 1;
@@ -270,18 +270,18 @@ static void request_why(struct srv_class_request *own) {
     switch (own->put.why) {
     case SRV_CLASS_NO_TEACHER:
         srv_exchange_problem(exchange, 403,
-                             API_TYPE_ROLE "only the teacher of the class room may do this");
+                             API_TYPE_ROLE "only the teacher of the classroom may do this");
         break;
     case SRV_CLASS_NO_PUPIL:
         srv_exchange_problem(exchange, 403,
-                             API_TYPE_ROLE "only pupils of the class room may do this");
+                             API_TYPE_ROLE "only pupils of the classroom may do this");
         break;
     case SRV_CLASS_SHUT:
-        srv_exchange_problem(exchange, 403, "the teacher has closed the class room to new pupils");
+        srv_exchange_problem(exchange, 403, "the teacher has closed the classroom to new pupils");
         break;
     case SRV_CLASS_CROWDED:
         srv_exchange_problem(exchange, 429,
-                             API_TYPE_QUOTA "the class room is full: max-class-pupils is %.0f",
+                             API_TYPE_QUOTA "the classroom is full: max-class-pupils is %.0f",
                              config->class_pupils);
         srv_exchange_retry(exchange, 60);
         break;
@@ -289,14 +289,14 @@ static void request_why(struct srv_class_request *own) {
         srv_exchange_problem(
             exchange, 429,
             API_TYPE_QUOTA
-            "the class room has as many pupils from your address as allowed; its teacher can allow "
+            "the classroom has as many pupils from your address as allowed; its teacher can allow "
             "more (address_share of stages/class), or remove some");
         srv_exchange_retry(exchange, 60);
         break;
     case SRV_CLASS_ROOM_FULL:
         srv_exchange_problem(exchange, 429,
                              API_TYPE_QUOTA
-                             "the class room's storage is full: max-class-bytes is %.0f",
+                             "the classroom's storage is full: max-class-bytes is %.0f",
                              config->class_bytes);
         srv_exchange_retry(exchange, 60);
         break;

@@ -1,4 +1,4 @@
-/* The routes of class rooms, of their pupils and of their items.
+/* The routes of classrooms, of their pupils and of their items.
  * Leaves to others: the format of items (api/class/class_json), storing them (store_classes),
  * reading a whole room (class_reports). Invariant: the finish of every exchange is called exactly
  * once; a success is answered only after the store has committed. */

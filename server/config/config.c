@@ -13,7 +13,7 @@ static const struct srv_option config_table[] = {
      SRV_OPTION_LISTEN, FIELD(listen), 0, 0},
     {"probe-listen", "HOST:PORT", "none",
      "a separate address for only /healthz, /readyz, /version and /metrics, without keys and "
-     "connection limits; none = they are answered at --listen",
+     "connection limits; none = answered at --listen",
      SRV_OPTION_TEXT, FIELD(probe_listen), 0, 0},
     {"config", "FILE", "",
      "a file with lines 'name = value', with the names of this list; # begins a comment",
@@ -68,8 +68,7 @@ static const struct srv_option config_table[] = {
      "connect to a Unix socket",
      SRV_OPTION_TEXT, FIELD(trusted_proxy), 0, 0},
     {"client-header", "NAME", "X-Forwarded-For",
-     "the header field in which a trusted proxy reports the client: this, Forwarded, or a field "
-     "with an account name",
+     "the header field in which a trusted proxy reports the client: X-Forwarded-For, Forwarded, or a field with an account name",
      SRV_OPTION_TEXT, FIELD(client_header), 0, 0},
     {"role-header", "NAME", "none",
      "the header field in which a trusted proxy reports the roles of an account, separated by "
@@ -80,8 +79,7 @@ static const struct srv_option config_table[] = {
      "mode 0600, reloaded when it changes; none = roles are not used",
      SRV_OPTION_TEXT, FIELD(keys), 0, 0},
     {"sandbox", "on/off/auto", "auto",
-     "once it listens it has no capabilities, opens only files that options name or libraries need "
-     "(Landlock), and makes only the system calls it needs (seccomp); auto = as far as the kernel "
+     "a server that listens drops its capabilities, opens only files that options name or libraries need (Landlock), and makes only the system calls that it needs (seccomp); auto = as far as the kernel "
      "supports it; on = refuses to start otherwise",
      SRV_OPTION_SWITCH, FIELD(sandbox), 0, 0},
     {"allow-root", "on/off", "off", "on = may run as root; off = refuses to start as root",
@@ -108,14 +106,14 @@ static const struct srv_option config_table[] = {
      SRV_OPTION_WHOLE, FIELD(requests_a_minute), 0, 1000000},
     {"max-address-clients", "N", "64",
      "all clients with their own tokens behind one address or account share this multiple of a "
-     "client's limits of requests, jobs, bytes and scenes; 16 times as many clients may store jobs",
+     "client's limits of requests, jobs, bytes and scenes; at most 16 times this number of clients may have jobs",
      SRV_OPTION_WHOLE, FIELD(address_clients), 1, 1000000},
     {"max-held-bytes", "BYTES", "1G",
      "memory of connections, bodies, computations, answers, jobs and the cache; requests beyond "
      "it are refused with 503",
      SRV_OPTION_BYTES, FIELD(held_bytes), 1048576, 1e15},
     {"max-client-held-bytes", "BYTES", "0",
-     "share of that memory for one client; requests beyond it are refused with 429; 0 = a quarter "
+     "share of max-held-bytes for one client; requests beyond it are refused with 429; 0 = a quarter "
      "or, if larger, max-answer-bytes + 32 MiB, but at most half",
      SRV_OPTION_BYTES, FIELD(client_held_bytes), 0, 1e15},
     {"header-seconds", "S", "10", "time to receive the request line and headers",
@@ -153,23 +151,22 @@ static const struct srv_option config_table[] = {
      "keys and digests of accounts and tokens remain",
      SRV_OPTION_CLIENT, FIELD(log_client), 0, 0},
     {"job-part-seconds", "S", "1",
-     "computation time of a part of a job, which is then stored: the most that a crash repeats",
+     "computation time of a part of a job; a crash repeats at most one part",
      SRV_OPTION_SECONDS, FIELD(job_part_seconds), 0.001, 3600},
     {"job-lease-seconds", "S", "15",
      "time after which a silent worker loses its part of a job to another one",
      SRV_OPTION_SECONDS, FIELD(job_lease_seconds), 0.5, 3600},
     {"max-event-streams", "N", "1024",
-     "open event streams of jobs and class rooms, at most a quarter of them for one client; more "
+     "open event streams of jobs and classrooms, at most a quarter of them for one client; more "
      "are refused with 503 or 429",
      SRV_OPTION_WHOLE, FIELD(event_streams), 1, 100000},
     {"max-client-jobs", "N", "10000", "open jobs of one client; more are refused with 429",
      SRV_OPTION_WHOLE, FIELD(client_jobs), 1, 1e9},
     {"max-client-bytes", "BYTES", "4G",
-     "stored bytes for jobs of one client: rows, requests, results; beyond it jobs fail and new "
-     "ones are refused with 429",
+     "stored bytes for jobs of one client: rows, requests, results; beyond that, jobs fail and new ones are refused with 429",
      SRV_OPTION_BYTES, FIELD(client_bytes), 65536, 1e15},
     {"max-store-bytes", "BYTES", "16G",
-     "stored bytes for jobs of all clients; beyond it jobs fail and new ones are refused with 429",
+     "stored bytes for jobs of all clients; beyond that, jobs fail and new ones are refused with 429",
      SRV_OPTION_BYTES, FIELD(store_bytes), 65536, 1e15},
     {"keep-seconds", "S", "604800", "time that a job and its results are stored after its end",
      SRV_OPTION_SECONDS, FIELD(keep_seconds), 1, 1e9},
@@ -186,12 +183,12 @@ static const struct srv_option config_table[] = {
      "bytes of a scene without blanks; a larger one is refused with 413",
      SRV_OPTION_BYTES, FIELD(scene_bytes), 1024, 1e9},
     {"max-classes", "N", "200",
-     "class rooms; more are refused with 429; 0 = class rooms are off",
+     "classrooms; more are refused with 429; 0 = classrooms are off",
      SRV_OPTION_WHOLE, FIELD(classes), 0, 1e6},
-    {"max-class-pupils", "N", "400", "pupils in a class room; more are refused with 429",
+    {"max-class-pupils", "N", "400", "pupils in a classroom; more are refused with 429",
      SRV_OPTION_WHOLE, FIELD(class_pupils), 1, 100000},
     {"max-class-bytes", "BYTES", "8M",
-     "bytes of a class room: stages, questions, answers, worksheets; more are refused with 429",
+     "bytes of a classroom: stages, questions, answers, worksheets; more are refused with 429",
      SRV_OPTION_BYTES, FIELD(class_bytes), 65536, 1e12},
     {"max-job-members", "N", "100000000", "members of an ensemble that runs as a job",
      SRV_OPTION_WHOLE, FIELD(job_members), 1, 1e9},

@@ -128,9 +128,10 @@ enum pend_status srv_listen_open(const char *address, int *fd, char url[SRV_URL_
     int reason = errno;
     freeaddrinfo(list);
     if (*fd < 0)
-        return pend_fail(error, PEND_INVALID, -1, 0,
-                         "cannot listen on %.100s: %s; another port: --listen (make run LISTEN=)",
-                         address, strerror(reason));
+        return pend_fail(
+            error, PEND_INVALID, -1, 0,
+            "cannot listen on %.100s: %s; choose another port with --listen (make run LISTEN=)",
+            address, strerror(reason));
     listen_url(*fd, parts.host, url);
     return PEND_OK;
 }

@@ -30,7 +30,7 @@ extern const char srv_assets_policy[]; /* the Content-Security-Policy of documen
  * other views may not be framed. The head of a valid link's document refers to /oembed. */
 void srv_assets_index(struct srv_exchange *exchange);
 
-/** GET /{room}: 302 to the page in the class room of this code, /?room=CODE, whether it exists or
+/** GET /{room}: 302 to the page in the classroom of this code, /?room=CODE, whether it exists or
  * not; short enough for a blackboard. */
 void srv_assets_room(struct srv_exchange *exchange);
 

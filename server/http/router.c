@@ -360,7 +360,7 @@ static int router_origin(struct srv_exchange *exchange) {
         exchange, 403,
         API_TYPE_ORIGIN
         "a web page of the origin %.100s may only compute and read by id: the option cors-origins "
-        "lists pages that may create, list and end jobs and scenes, and use class rooms",
+        "lists pages that may create, list and end jobs and scenes, and use classrooms",
         exchange->field[SRV_ORIGIN]);
     return 0;
 }

@@ -254,7 +254,7 @@ static int jobs_plan(struct srv_store_request *asked) {
         srv_exchange_problem(
             exchange, 422,
             API_TYPE_LIMIT
-            "this would compute for about %.0f s, longer than max-job-seconds allows: %.15g s",
+            "this would take about %.0f s, longer than max-job-seconds allows: %.15g s",
             plan.cost, limit);
         return 0;
     }
@@ -336,16 +336,15 @@ static void jobs_denied(struct srv_exchange *exchange, const struct srv_job *job
     int named = exchange->identity.kind == SRV_IDENTITY_TOKEN ||
                 exchange->identity.kind == SRV_IDENTITY_ISSUED;
     if (named || (strcmp(owner, "token") != 0 && strcmp(owner, "key") != 0))
-        srv_exchange_problem(
-            exchange, 403,
-            API_TYPE_OWNER "you may not end this job: it was submitted %s, which alone can end it",
-            !strcmp(owner, "token")     ? "with another token"
-            : !strcmp(owner, "key")     ? "with another key"
-            : !strcmp(owner, "account") ? "from another account"
-                                        : "without a token, from another address");
+        srv_exchange_problem(exchange, 403,
+                             API_TYPE_OWNER "you may not cancel this job: it was submitted %s",
+                             !strcmp(owner, "token")     ? "with another token"
+                             : !strcmp(owner, "key")     ? "with another key"
+                             : !strcmp(owner, "account") ? "from another account"
+                                                         : "without a token, from another address");
     else
         srv_admission_challenge(
-            exchange, "this job was submitted with a %s, which is needed to end it", owner);
+            exchange, "this job was submitted with a %s, which is needed to cancel it", owner);
 }
 
 static void jobs_dropped(struct srv_store_request *asked, enum srv_stored stored) {

@@ -121,7 +121,7 @@ static enum pend_status part_run_piece(struct srv_part_run *run, int *done,
                          run->out.limit);
     if (status == PEND_OK && (double)run->spent > 1e9 * limit)
         return pend_fail(error, PEND_DEADLINE, -1, 0,
-                         "a part computed longer than max-job-seconds allows: %.15g s", limit);
+                         "a part took longer than max-job-seconds, %.15g s", limit);
     return status;
 }
 

@@ -12,7 +12,7 @@ static const char *const role_words[SRV_ROLE_COUNT] = {"",        "anonymous", "
 #define MEGA 1048576.0
 
 /* For each role: requests per second, seconds of computation per minute, bytes of memory, bytes
- * stored, open jobs, priority, class rooms. */
+ * stored, open jobs, priority, classrooms. */
 static const struct srv_limits role_limits[SRV_ROLE_COUNT] = {
     [SRV_ROLE_NONE] = {{INFINITY, INFINITY, INFINITY, INFINITY, INFINITY, 0, 10}},
     [SRV_ROLE_ANONYMOUS] = {{INFINITY, INFINITY, INFINITY, 64 * MEGA, 0, 0, 10}},
@@ -33,7 +33,7 @@ static const struct {
     {"bytes", "bytes up to 1000000G", 1, 1, 0, 1e15},
     {"jobs", "a whole number up to 1000000000", 1, 0, 0, 1e9},
     {"priority", "0, 1, 2 or 3: a higher number has a lower priority", 1, 0, 0, 3},
-    {"rooms", "a whole number up to 1000000 of class rooms", 1, 0, 0, 1e6},
+    {"rooms", "a whole number up to 1000000 of classrooms", 1, 0, 0, 1e6},
 };
 
 const char *srv_role_word(enum srv_role role) {

@@ -30,7 +30,7 @@ enum srv_limit {
     SRV_LIMIT_BYTES,    /* stored for jobs when another job is posted */
     SRV_LIMIT_JOBS,     /* open jobs */
     SRV_LIMIT_PRIORITY, /* levels of the queue below the normal one */
-    SRV_LIMIT_ROOMS,    /* open class rooms of one teacher */
+    SRV_LIMIT_ROOMS,    /* open classrooms of one teacher */
     SRV_LIMIT_COUNT
 };
 

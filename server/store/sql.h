@@ -69,7 +69,7 @@ enum {
 enum {
     SRV_RING_WORK = 1, /* workers: a part can be claimed */
     SRV_RING_STOP = 2, /* workers: a job whose parts they hold may have ended */
-    SRV_RING_ENDS = 4, /* api processes: a job or a class room has changed */
+    SRV_RING_ENDS = 4, /* api processes: a job or a classroom has changed */
     SRV_RING_ALL = 7
 };
 

@@ -67,7 +67,7 @@ static void storage_note(struct storage_desk *desk, enum srv_stored stored) {
         srv_log_message(storage->log, "the store is not reachable: %s",
                         srv_store_complaint(desk->store));
     if (away || atomic_fetch_sub(&storage->away, 1) != 1) return;
-    srv_log_message(storage->log, "the store is back");
+    srv_log_message(storage->log, "the store is reachable again");
     storage->news(storage->context, SRV_RING_ALL);
 }
 

@@ -1,4 +1,4 @@
-/* Class rooms: the rooms of a teacher, their last changes, pupils by address, numbering of similar
+/* Classrooms: the rooms of a teacher, their last changes, pupils by address, numbering of similar
  * nicknames, and expiry.
  * Leaves to others: folding a name (classes/nickname), writing (store_classes).
  * Invariant: two pupils in a room at the same time never have the same displayed name. */

@@ -1,4 +1,4 @@
-/* Class rooms in the store: pupils and items, each item with the number of the change that wrote
+/* Classrooms in the store: pupils and items, each item with the number of the change that wrote
  * it. Leaves to others: the contents of an item (api/class/class_json), authentication (classes),
  * events (classes/class_events). Invariant: the changes of a room are numbered without gaps in
  * commit order, so a client that has read all items up to a number misses nothing by requesting

@@ -20,7 +20,7 @@ struct srv_bucket {
     int64_t counted; /* ns; 0 = never */
 };
 
-/* Actions in class rooms, each with its own rate limit. */
+/* Actions in classrooms, each with its own rate limit. */
 enum srv_pace {
     SRV_PACE_ROOMS,  /* creating rooms */
     SRV_PACE_JOINS,  /* pupils who join */

@@ -200,10 +200,9 @@ static int compute_too_long(struct srv_work *work) {
     int factor = api_call_foresees(work->call) ? COMPUTE_REFUSE_STEPS : COMPUTE_REFUSE_COST;
     if (work->cost <= factor * limit) return 0;
     compute_way(work, work->cost, job);
-    snprintf(
-        detail, sizeof detail,
-        "this would compute for about %.0f s, longer than max-compute-seconds allows: %.15g s%s",
-        work->cost, limit, job);
+    snprintf(detail, sizeof detail,
+             "this would take about %.0f s, longer than max-compute-seconds allows: %.15g s%s",
+             work->cost, limit, job);
     (void)api_call_stop(work->call, 422, detail, &work->out);
     srv_delivery_settle(work);
     return 1;

@@ -95,7 +95,7 @@ def test_refusals(run, work, server):
                         (2, ("run", "four.json", "--t", "0:nan:1"), "times: the body is not JSON"), (2, ("run", "four.json", "--t", "0,1", "--theta", "1,x"), "initial.theta: "),
                         (1, ("run", "four.json", "--t", "0:5:0.01", "-o", "/no/such/place.npz"), "No such file"), (3, ("ask", "fruit", "four.json"), "404"),
                         (2, ("ask", "fruit", "four.json", "--local"), "needs a server"), (3, ("get", "no-such-job"), "404"), (2, ("cancel", "a b"), "is not the id of a job"),
-                        (2, ("get", "x", "--local"), "--local has no jobs"), (2, ("run", "four.json", "--t", "0:1:1", "--local", "--job"), "--local has no jobs"),
+                        (2, ("get", "x", "--local"), "--local cannot run jobs"), (2, ("run", "four.json", "--t", "0:1:1", "--local", "--job"), "--local cannot run jobs"),
                         (4, ("run", "four.json", "--t", "0:1:1", "--server", "http://127.0.0.1:1", "--patience", 1e6, "-o", "none.npz"), "no server at http://127.0.0.1:1 ("),
                         (4, ("run", "four.json", "--t", "0:1:1", "--server", "file:///etc", "--patience", 0), "rotocol"),
                         (1, ("run", "-", "--t", "0:1:1"), "does not contain a JSON object")):

@@ -2,7 +2,7 @@
 
 usage: soak.py BUILD [--seconds N] [--at-once N]
 So many clients at once choose among all kinds of requests: computations in all forms, faults, jobs that are awaited, cited, read in
-pieces, heard of and dismissed, scenes, rooms of classes with their streams, the page, metrics, connections that end in the middle or say
+pieces, heard of and dismissed, scenes, classrooms with their streams, the page, metrics, connections that end in the middle or say
 what is no HTTP; meanwhile the daemon reads its files again. Figures are told twenty times.
 
 Leaves to others: kills and faults (drill.py), right answers (the rooms' tests). Invariant: what is compared is after all kinds of

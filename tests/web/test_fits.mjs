@@ -168,7 +168,7 @@ export async function a_doubtful_table_shows_its_doubts_and_each_has_a_choice(ri
   assert.equal(await opens(page, Buffer.concat([Buffer.from([0xff, 0xfe]), Buffer.from(lines, "utf16le")])), `Rows read: ${rows.length}.`);
   assert.deepEqual(await taken(page), ["t (ms)", "theta 1"]);
   assert.deepEqual(await page.locator("[data-column]").evaluateAll((list) => list.map(({ dataset }) => dataset.sure)), ["false", "false"]);
-  assert.match(await page.textContent("[data-fit=doubts]"), /columns marked.*swing about (89|90).*1: .*milliseconds.*2: .*the file has no names/s);
+  assert.match(await page.textContent("[data-fit=doubts]"), /columns marked.*swing about (89|90).*1: .*milliseconds.*2: .*the file has no column names/s);
   assert.deepEqual(await violations(page, { context: { include: ["[data-part=fits]"] } }), []);
   assert.ok(await page.isChecked('[data-unknown="zero 1"]'), "a zero that is elsewhere is an unknown");
   await page.click("[data-fit=run]");

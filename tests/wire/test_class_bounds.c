@@ -1,4 +1,4 @@
-/* Limits against the abuse of class rooms, on both stores: guessed codes, crowds, clients that take
+/* Limits against the abuse of classrooms, on both stores: guessed codes, crowds, clients that take
  * all rooms, names of others, and invalid keys. */
 #include <poll.h>
 #include <stdio.h>

@@ -220,7 +220,7 @@ static double number(const struct api_json *document, const char *name) {
 static void check_id(const char *id) {
     if (!*id || id[strspn(id, "abcdefghijklmnopqrstuvwxyz0123456789-")])
         cli_end(CLI_USAGE, "%s is not the id of a job", id);
-    if (here) cli_end(CLI_USAGE, "--local has no jobs");
+    if (here) cli_end(CLI_USAGE, "--local cannot run jobs");
 }
 
 static void get(struct line *line, const char *id) {
@@ -279,7 +279,7 @@ static void ask(struct line *line, const char *route, const char *file) {
     struct cli_sink sink;
     char path[200], key[40];
     struct cli_part part = part_of(line);
-    if (here && (of_job || detached)) cli_end(CLI_USAGE, "--local has no jobs");
+    if (here && (of_job || detached)) cli_end(CLI_USAGE, "--local cannot run jobs");
     api_buffer_init(&body, 1 << 30);
     cli_body(&body, file, &line->fields);
     snprintf(path, sizeof path, "/v1/%.60s", route);
@@ -387,7 +387,8 @@ static void mistaken(int count, char **word) {
         cli_end(CLI_USAGE, "ask takes ROUTE and FILE, got %d argument%s: see pendulum --help",
                 count - 1, count == 2 ? "" : "s");
     if (count > 0) cli_end(CLI_USAGE, "unknown command %s: see pendulum --help", word[0]);
-    cli_end(CLI_USAGE, "give run, modes, map, ask, jobs, get or cancel: see pendulum --help");
+    cli_end(CLI_USAGE,
+            "the command must be run, modes, map, ask, jobs, get or cancel: see pendulum --help");
 }
 
 int main(int argc, char *argv[]) {

@@ -87,7 +87,7 @@ static enum pend_status read_time(struct api_ensemble *e, const struct api_readi
     if (api_value_kind(&start) != API_MISSING)
         api_value_fault(&start, problem,
                         API_CODE_CONFLICT
-                        "cannot be combined with \"times\": members start at the first of these");
+                        "cannot be combined with \"times\": members start at the first time");
     if (api_value_kind(&duration) != API_MISSING)
         api_value_fault(&duration, problem,
                         API_CODE_CONFLICT

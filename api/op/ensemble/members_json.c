@@ -395,9 +395,10 @@ static void read_energy(struct api_members *members, const struct api_value *roo
     for (int v = 0; v < members->variations; v++)
         varied |= members->variation[v].quantity == API_VARY_ENERGY;
     if (varied && members->on_energy)
-        api_value_fault(&energy, reading->problem,
-                        API_CODE_CONFLICT
-                        "is for all members, but a variation varies it too: give one of them");
+        api_value_fault(
+            &energy, reading->problem,
+            API_CODE_CONFLICT
+            "applies to all members, but a variation varies it too: give only one of them");
     if (members->sets) varied |= api_sets_energies(members->sets);
     members->on_energy |= varied;
     if (members->on_energy && !reading->problem->status)

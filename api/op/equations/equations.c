@@ -431,7 +431,7 @@ static enum pend_status write_rule(const struct place *p, struct api_buffer *out
         const struct pend_table *table = table_of(p);
         const char *way = k < 0           ? "on the natural cubic spline through them"
                           : table->linear ? "linear between two instants"
-                                          : "each held up to the next instant";
+                                          : "each held until the next instant";
         return api_buffer_format(out, "a table of %d inputs from t = %.6g to %.6g s, %s",
                                  table->count, table->t[0], table->t[table->count - 1], way);
     }

@@ -261,7 +261,7 @@ static void unknown_add(struct api_fit *fit, const struct api_value *item,
         if (other->camera != u->camera || other->by.kind != u->by.kind ||
             other->by.at != u->by.at || other->run != u->run)
             continue;
-        api_value_fault(item, problem, API_CODE_DUPLICATE "is %s, which is there already",
+        api_value_fault(item, problem, API_CODE_DUPLICATE "is %s, which is in the list already",
                         fit->label[j]);
         return;
     }

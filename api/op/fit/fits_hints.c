@@ -166,8 +166,8 @@ static int hint_angles(struct api_hints *h, int rates) {
     }
     snprintf(h->what, sizeof h->what, "with %s",
              rates   ? "angular velocities instead of angles"
-             : joint ? "angles from hanging instead of from the arm before"
-                     : "angles from the arm before (\"joint\") instead of from hanging");
+             : joint ? "angles from the vertical instead of from the parent arm"
+                     : "angles from the parent arm (\"joint\") instead of from the vertical");
     return seen;
 }
 
@@ -264,7 +264,7 @@ static void hints_take(struct api_hints *h) {
         snprintf(
             h->text, sizeof h->text,
             "is the zero of the angles shifted (an unknown \"zero\"), or are they theta instead "
-            "of phi? They swing about %.4g degrees from hanging: with the zero as an unknown "
+            "of phi? They swing about %.4g degrees from the vertical: with the zero as an unknown "
             "the motion explains %.6g %%",
             r.value[h->fit->unknowns] * 180 / pi, 100 * (1 - left));
     else if (which >= HINT_HELD)

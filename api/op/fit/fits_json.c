@@ -182,10 +182,11 @@ static void fit_check(const struct api_fit *fit, const struct api_value *root,
     for (long i = 0; i < fit->rows * fit->columns; i++) count += !isnan(fit->data[i]);
     if (fit->runs == 1) fit_apart(fit, &data, problem);
     if (count < fit->unknowns)
-        api_value_fault(&data, problem,
-                        API_CODE_WRONG_COUNT
-                        "has %ld measurements, too few for %d unknowns: there must be as many",
-                        count, fit->unknowns);
+        api_value_fault(
+            &data, problem,
+            API_CODE_WRONG_COUNT
+            "has %ld measurements, too few for %d unknowns: there must be at least as many",
+            count, fit->unknowns);
     for (int r = 0; r < fit->runs; r++) {
         struct api_value runs = api_value_member(&data, "runs"), run = api_value_item(&runs, r);
         struct api_value own = api_field_renamed(&run, "time", "start", problem);

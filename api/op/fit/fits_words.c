@@ -184,7 +184,7 @@ static void end_minimum(const struct api_fit *fit, const struct pend_fit_result 
                             : "a minimum, but the noise of the data is as large as the motion";
     if (modes)
         begin = strange
-                    ? "no such pendulum near the given start has these frequencies: this one comes "
+                    ? "no pendulum near the given start has these frequencies: this one comes "
                       "closest"
                     : "a minimum: the pendulum near the given start with the closest frequencies";
     else if (strange)

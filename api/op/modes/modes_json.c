@@ -60,7 +60,7 @@ static void read_range(struct api_modes *modes, const struct api_value *object,
     double low = modes->request.from, high = modes->request.to;
     if (good && low > high)
         api_value_fault(&to, problem,
-                        API_CODE_ORDER "must not be below from (%.15g rad/s), got %.15g", low,
+                        API_CODE_ORDER "must not be below \"from\" (%.15g rad/s), got %.15g", low,
                         high);
 }
 

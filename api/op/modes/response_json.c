@@ -115,7 +115,7 @@ static void read_drive(struct api_response *asked, const struct api_value *value
     if (present(&pivot) + present(&torque) + present(&cart) != 1) {
         api_value_fault(value, problem,
                         API_CODE_CONFLICT "must have one of \"pivot\", \"torque\" and \"cart\": "
-                                          "responses to several drives add up");
+                                          "the responses to several drives can be added");
         return;
     }
     if (present(&pivot) && asked->tree.cart)
@@ -173,7 +173,7 @@ static void check_range(const struct api_response *asked, const struct api_value
     assert(asked->from >= 0 && asked->to >= 0);
     if (asked->to < asked->from)
         api_value_fault(API_MEMBER(value, "stop"), problem,
-                        API_CODE_ORDER "must not be below start (%.15g rad/s), got %.15g",
+                        API_CODE_ORDER "must not be below \"start\" (%.15g rad/s), got %.15g",
                         asked->from, asked->to);
     if (asked->rows == 1 && asked->from != asked->to)
         api_value_fault(&count, problem,

@@ -70,11 +70,11 @@ enum pend_status pend_run_check_tree(const struct pend_tree *tree, struct pend_e
         // a mass of 0 is allowed if terms add inertia
         int light = tree->mass[k] != 0 && tree->mass[k] < DBL_MIN, arm = tree->order[k];
         if (!light && tree->len[k] >= DBL_MIN) continue;
-        return pend_fail(error, PEND_INVALID, arm, 0,
-                         "the %s of arm %d is %.15g %s, too small to compute a motion with: it "
-                         "must be at least %.3g",
-                         light ? "mass" : "length", arm + 1, light ? tree->mass[k] : tree->len[k],
-                         light ? "kg" : "m", DBL_MIN);
+        return pend_fail(
+            error, PEND_INVALID, arm, 0,
+            "the %s of arm %d is %.15g %s, too small to compute a motion: it must be at least %.3g",
+            light ? "mass" : "length", arm + 1, light ? tree->mass[k] : tree->len[k],
+            light ? "kg" : "m", DBL_MIN);
     }
     return PEND_OK;
 }

@@ -96,7 +96,7 @@ TEST(orbits_that_take_far_too_long_are_refused_as_they_begin) {
                   "1,2,3,4,5]},\"mode\":1,\"amplitude\":2.2,\"branch\":true,\"points\":3000}",
                   &limits, &steps, &out),
               422);
-    CHECK_SAYING(strstr(out.data, "would compute for about") != NULL, "%.200s", out.data);
+    CHECK_SAYING(strstr(out.data, "would take about") != NULL, "%.200s", out.data);
 }
 
 /* by the estimate alone; the suggestions are those of the request */

@@ -151,11 +151,11 @@ TEST(forms_are_refused_where_they_are_malformed) {
     } tried[] = {
         {"", 400, "byte 1 of the body: the body must start with the boundary"},
         {"--AaB03", 400, "byte 1 of the body"},
-        {"--AaB03x", 400, "byte 9 of the body: the line of a boundary must end here"},
+        {"--AaB03x", 400, "byte 9 of the body: a boundary line must end here"},
         {"\r\n" PART("request") "{}\r\n" END, 400, "byte 1 of the body"},
         {PART("request") "{}", 400, "no closing boundary"},
         {PART("request") "{}\n--AaB03x--", 400, "no closing boundary"},
-        {PART("request") "{}\r\n--AaB03xy\r\n" END, 400, "the line of a boundary must end here"},
+        {PART("request") "{}\r\n--AaB03xy\r\n" END, 400, "a boundary line must end here"},
         {PART("request") "{}\r\n--AaB03x--\r\nmore", 400, "nothing may follow the last boundary"},
         {"--AaB03x\r\nContent-Disposition: form-data; name=request\r\n{}\r\n" END, 400,
          "is not a header field"},

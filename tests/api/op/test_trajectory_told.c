@@ -14,7 +14,7 @@ TEST(a_linear_motion_tells_how_far_from_small_it_starts_and_no_digits_of_its_own
                                        "\"method\":\"linear\"}");
     CHECK_INT(reply.status, 200);
     CHECK(!strstr(reply.out.data, "\"horizon\"") && !strstr(reply.out.data, "\"energy_drift\""));
-    CHECK(strstr(reply.out.data, "this start is 2.5 rad from hanging") != NULL);
+    CHECK(strstr(reply.out.data, "this start is 2.5 rad from equilibrium") != NULL);
     test_reply_free(&reply);
     reply = test_post(API_OP_TRAJECTORIES, "{" TWO ",\"initial\":{\"theta\":[1e-4,0]},\"times\":[0,"
                                            "5],\"method\":\"linear\"}");

@@ -90,7 +90,7 @@ TEST(all_faults_of_a_tree_are_told_at_once) {
     CHECK(test_reply_has_fault(&reply, "/pendulum/mass/2", "got -1"));
     CHECK(test_reply_has_fault(&reply, "/pendulum/parent/1", "got 9"));
     CHECK(test_reply_has_fault(&reply, "/pendulum/parent/2", "only one arm"));
-    CHECK(test_reply_has_fault(&reply, "/pendulum/parent/3", "cannot hang on itself"));
+    CHECK(test_reply_has_fault(&reply, "/pendulum/parent/3", "cannot hang from itself"));
     CHECK_INT(test_reply_faults(&reply), 8);
 }
 

@@ -214,9 +214,9 @@ TEST(tree_faults_say_what_was_wrong_and_what_would_be_right) {
     CHECK_TEXT(list.fault[0].text, "must be 0 (the pivot) or the number of an arm, 1 to 3");
     CHECK_INT(try_tree(3, good, good, (const int[]){1, -1, -1}, &list), PEND_INVALID);
     CHECK_TEXT(list.fault[0].text,
-               "only one arm can hang at the pivot (0), and arm 2 does already");
+               "only one arm can hang from the pivot (0), and arm 2 already does");
     CHECK_INT(try_tree(2, good, good, (const int[]){-1, 1}, &list), PEND_INVALID);
-    CHECK_TEXT(list.fault[0].text, "an arm cannot hang on itself");
+    CHECK_TEXT(list.fault[0].text, "an arm cannot hang from itself");
     CHECK_INT(try_tree(4, good, good, (const int[]){-1, 3, 1, 2}, &list), PEND_INVALID);
     CHECK_TEXT(list.fault[0].text, "a cycle of 3 arms that never reaches the pivot: 2 > 4 > 3 > 2");
     CHECK_INT(list.count, 1);
@@ -321,12 +321,10 @@ TEST(tree_path_faults_name_the_wrong_entry) {
         {3, 1, 0.5, "must be 0 or 1, got 0.5"},
         {0, 0, NAN, "must be 0 or 1, got nan"},
         {1, 0, -1, "must be 0 or 1, got -1"},
-        {3, 0, 0,
-         "must be 1: row 4 has to be row 2 (the arm it hangs on) with a 1 added at column 4"},
+        {3, 0, 0, "must be 1: row 4 must be row 2 (its parent) with a 1 added in column 4"},
         {0, 2, 1,
          "must be 0: the other rows make arm 1 the one at the pivot, so no arm precedes it"},
-        {1, 3, 1,
-         "must be 0: row 2 has to be row 1 (the arm it hangs on) with a 1 added at column 2"},
+        {1, 3, 1, "must be 0: row 2 must be row 1 (its parent) with a 1 added in column 2"},
     };
     for (size_t s = 0; s < sizeof spoil / sizeof *spoil; s++) {
         double path[16];

@@ -47,7 +47,7 @@ TEST(fits_say_by_how_much_wanted_frequencies_cannot_be_had) {
         {0.6, 1 / 0.7, "", "", "converged undecided",
          "mode 1 has 3.72558 rad/s, 1.18 % below 3.76991. There are as many unknowns"},
         {0.6, 1 / 0.7, ",\"low\":0.05,\"high\":5", "", "converged undecided", "1.18 % below"},
-        {1, 1.05, "", "", "converged rejected", "no such pendulum near the given start"},
+        {1, 1.05, "", "", "converged rejected", "no pendulum near the given start"},
         {1, 1.05, ",\"low\":0.05,\"high\":5", "", "converged rejected", "48.2 % below 6.28319"},
         {1, 1.05, "", ",\"sigma\":0.01", "converged rejected", "mode 1 has 3.25266"},
     };
