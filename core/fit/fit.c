@@ -445,8 +445,7 @@ enum pend_status pend_fit_step(struct pend_fit *fit, int *done, struct pend_erro
         PEND_TRY(fit_iterate(fit, &over, error));
     else if (status == PEND_NO_MEMORY || isinf(fit->least))
         return fit->result.iterations > 1 ? fit_cut(fit, status, error) : status;
-    else // if the continued search reaches values for which the motion cannot be computed, the
-         // previous minimum is the answer
+    else // if the motion cannot be computed there, the previous minimum is the answer
         (void)fit_lowest(fit, INFINITY);
     status = over || fit_used(fit) ? fit_next(fit, error) : PEND_OK;
     if (status != PEND_OK || fit->ready) status = fit_cut(fit, status, error);

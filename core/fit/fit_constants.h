@@ -41,7 +41,7 @@ static const double fit_exact = 1e-12;
 /* A mean residual above this is not noise. Unit: sigma.
  * [fits_of_synthetic_data_are_within_three_standard_errors] */
 static const double fit_strange = 3;
-/* Residuals with a larger autocorrelation are not noise. [models_are_judged_by_what_rows_allow] */
+/* Residual pairs needed to test autocorrelation. [models_are_judged_by_what_rows_allow] */
 static const double fit_common = 0.5;
 /* Pairs of residuals needed to test that. [models_are_judged_by_what_rows_allow] */
 enum { FIT_PAIRS = 16 };
@@ -56,7 +56,7 @@ static const double fit_away = 1e6;
  * limit. A curvature below this makes no minimum. Unit: of the squares.
  * [searches_in_a_curved_valley_go_on_to_its_lowest_place] */
 static const double fit_minimum = 1e-6;
-/* Second limit of that decrease, squared standard errors. [small_steps_are_negligible] */
+/* Second limit of the predicted decrease, squared standard errors. [small_steps_are_negligible] */
 static const double fit_step = 1e-4;
 /* Misfit of data without noise, error of slopes. Unit: rtol. [small_steps_are_negligible] */
 static const double fit_loose = 300;
@@ -70,7 +70,7 @@ static const double fit_least = 1e-9;
 static const double fit_unsure = 1e3;
 /* Largest slope. Safety: sums of the squares of larger ones overflow. */
 static const double fit_largest = 1e140;
-/* Residual without a motion. Safety: the solver rejects a step to more than motions have. */
+/* Residual without a motion. Safety: above those of motions, so that the step is rejected. */
 static const double fit_nowhere = 1e6;
 /* Squared component in null directions above which an unknown is reported alone. Unit: of a square.
  * [fits_to_data_at_rest_name_one_by_one_what_they_do_not_tell] */
@@ -107,7 +107,7 @@ static const double fit_outlier = 5;
 enum { FIT_BESIDE = 2, FIT_FIRST = 2 * FIT_BESIDE + 1 };
 /* Most arms with which unmeasured ones are assumed in line. Safety: work grows with their cube. */
 enum { FIT_LINE_ARMS = 30 };
-/* First rows in which such an arm is searched for. Safety: the same work in each of them. */
+/* First rows in which unmeasured arms are assumed in line. Safety: work grows with them. */
 enum { FIT_LINE_ROWS = 64 };
 /* Most pieces. Safety: the memory of slopes grows with them. */
 enum { FIT_PIECES = 24 };
@@ -116,7 +116,7 @@ enum { FIT_PIECES = 24 };
 enum { FIT_ROUNDS = 4 };
 /* Most iterations of a round. [fits_of_chaotic_motions_converge_by_multiple_shooting] */
 enum { FIT_ROUND_ITERATIONS = 15 };
-/* Most measurements that are divided into pieces. Safety: the memory of slopes, too. */
+/* Most measurements that are divided into pieces. Safety: the memory of slopes grows with them. */
 enum { FIT_PIECE_NUMBERS = 16384 };
 /* Length of a piece; passing over the top takes as long for half a turn. Unit: swing.
  * [fits_name_no_farthest_row_of_what_cannot_be_compared] */

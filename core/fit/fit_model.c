@@ -282,7 +282,7 @@ static double model_slope(const struct fit_model *model, const struct pend_fit_c
     }
     for (int k = number->seen; k < number->terms; k++) {
         int what = number->what[k];
-        // of the pendulum's unknowns none is the camera's
+        // the camera's numbers do not depend on unknowns of the pendulum
         if (own && what >= FIT_CAMERA) break;
         double by = what == FIT_GRAVITY  ? u->by.kind == PEND_PARAMETER_GRAVITY
                     : what >= FIT_CAMERA ? u->camera == what - FIT_CAMERA

@@ -27,12 +27,12 @@ struct fit_model {
     double *t, *list;        /* the instants of the run, and those of a motion, s */
     double motions;          /* so far: motions of all rows with derivatives */
     double decay;            /* 1/s, due to friction, at the start values */
-    int modes;               /* frequencies of modes are needed */
+    int modes;               /* whether frequencies of modes are needed */
     double *omega, *near;    /* mode frequencies, rad/s; with a changed unknown */
     double *lean;            /* n x unknowns: derivatives of the frequencies */
     double *beside;          /* values at a finite-difference step */
     struct fit_seen seen;    /* quantities of a block of rows */
-    double *slope[FIT_SEEN]; /* their derivatives with respect to the parameters; NULL = not
+    double *slope[FIT_SEEN]; /* derivatives of `seen` with respect to the parameters; NULL = not
                               * needed */
     long block;
     double *room; /* the instants of a motion without derivatives */

@@ -75,7 +75,7 @@ static void number_place(const struct fit_seen *seen, int first, size_t at,
 
 /* ---- by differences */
 
-/* the same with tilt and lens; of: x, y, the camera's numbers */
+/* as number_place, with tilt and lens; of: x, y, the camera's numbers */
 static double number_lens(const struct pend_fit_problem *p, int first, const double from[]) {
     const double *of = from + 2;
     double x = from[0], y = (1 + of[PEND_FIT_STRETCH]) * from[1];

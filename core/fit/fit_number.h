@@ -6,9 +6,9 @@
 
 #include "core/fit/fit_problem.h"
 
-/* What a measurement depends on: quantities of the motion, which are those of enum pend_derived up
- * to the acceleration of a tip, and those of a cart; then the arm's length, gravity, the frequency
- * of a mode, and the camera's numbers. */
+/* The numbers that a measurement depends on: quantities of the motion, which are those of enum
+ * pend_derived up to the acceleration of a tip, and those of a cart; then the arm's length,
+ * gravity, the frequency of a mode, and the camera's numbers. */
 enum {
     FIT_CART = PEND_DERIVED_ZDD_IM + 1,
     FIT_CART_SPEED,

@@ -11,11 +11,11 @@ enum pend_fit_kind {
     PEND_FIT_PHI, /* rad, an angle of an arm */
     PEND_FIT_X,   /* a coordinate of its tip, in the camera's unit */
     PEND_FIT_Y,
-    PEND_FIT_RATE,      /* rad/s */
+    PEND_FIT_RATE,      /* a coordinate of the arm's tip, in the camera's unit */
     PEND_FIT_MODE,      /* rad/s, in the first row: the angular frequency of a mode about hanging */
     PEND_FIT_PASSAGE,   /* the arm passes the angle `data`, rad, at the row's instant; sigma in s */
     PEND_FIT_ALONG,     /* m/s^2, of an accelerometer on the arm: outwards, gravity included */
-    PEND_FIT_ACROSS,    /* counterclockwise */
+    PEND_FIT_ACROSS,    /* m/s^2, across the arm, counterclockwise */
     PEND_FIT_AMPLITUDE, /* rad */
     PEND_FIT_PERIOD,    /* s */
     PEND_FIT_CART,      /* m, the position of the cart on its rail */
@@ -71,7 +71,7 @@ enum pend_fit_camera {
     PEND_FIT_TILT_X, /* 1/m */
     PEND_FIT_TILT_Y,
     PEND_FIT_STRETCH,
-    PEND_FIT_DISTORTION, /* k */
+    PEND_FIT_DISTORTION, /* k above */
     PEND_FIT_CAMERA
 };
 
@@ -99,7 +99,7 @@ struct pend_fit_problem {
     double camera[PEND_FIT_CAMERA];
     double center[2], reach; /* of the lens, in the camera's unit; reach > 0 if it is distorted */
     int zeros; /* number of instruments' numbers: offsets, rad, rad/s or m/s^2; shifts, s */
-    const double *zero; /* those numbers */
+    const double *zero; /* these numbers */
     long rows;          /* rows are sorted by the time since the start of their run */
     const double *t;    /* s, not decreasing within a run; rows of one instant are adjacent */
     const int *run;     /* the run of each row; NULL = one run */

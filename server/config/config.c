@@ -68,7 +68,8 @@ static const struct srv_option config_table[] = {
      "connect to a Unix socket",
      SRV_OPTION_TEXT, FIELD(trusted_proxy), 0, 0},
     {"client-header", "NAME", "X-Forwarded-For",
-     "the header field in which a trusted proxy reports the client: X-Forwarded-For, Forwarded, or a field with an account name",
+     "the header field in which a trusted proxy reports the client: X-Forwarded-For, Forwarded, or "
+     "a field with an account name",
      SRV_OPTION_TEXT, FIELD(client_header), 0, 0},
     {"role-header", "NAME", "none",
      "the header field in which a trusted proxy reports the roles of an account, separated by "
@@ -79,8 +80,9 @@ static const struct srv_option config_table[] = {
      "mode 0600, reloaded when it changes; none = roles are not used",
      SRV_OPTION_TEXT, FIELD(keys), 0, 0},
     {"sandbox", "on/off/auto", "auto",
-     "a server that listens drops its capabilities, opens only files that options name or libraries need (Landlock), and makes only the system calls that it needs (seccomp); auto = as far as the kernel "
-     "supports it; on = refuses to start otherwise",
+     "a server that listens drops its capabilities, opens only files that options name or "
+     "libraries need (Landlock), and makes only the system calls that it needs (seccomp); auto = "
+     "as far as the kernel supports it; on = refuses to start otherwise",
      SRV_OPTION_SWITCH, FIELD(sandbox), 0, 0},
     {"allow-root", "on/off", "off", "on = may run as root; off = refuses to start as root",
      SRV_OPTION_SWITCH, FIELD(allow_root), 0, 0},
@@ -106,15 +108,16 @@ static const struct srv_option config_table[] = {
      SRV_OPTION_WHOLE, FIELD(requests_a_minute), 0, 1000000},
     {"max-address-clients", "N", "64",
      "all clients with their own tokens behind one address or account share this multiple of a "
-     "client's limits of requests, jobs, bytes and scenes; at most 16 times this number of clients may have jobs",
+     "client's limits of requests, jobs, bytes and scenes; at most 16 times this number of clients "
+     "may have jobs",
      SRV_OPTION_WHOLE, FIELD(address_clients), 1, 1000000},
     {"max-held-bytes", "BYTES", "1G",
      "memory of connections, bodies, computations, answers, jobs and the cache; requests beyond "
      "it are refused with 503",
      SRV_OPTION_BYTES, FIELD(held_bytes), 1048576, 1e15},
     {"max-client-held-bytes", "BYTES", "0",
-     "share of max-held-bytes for one client; requests beyond it are refused with 429; 0 = a quarter "
-     "or, if larger, max-answer-bytes + 32 MiB, but at most half",
+     "share of max-held-bytes for one client; requests beyond it are refused with 429; 0 = a "
+     "quarter or, if larger, max-answer-bytes + 32 MiB, but at most half",
      SRV_OPTION_BYTES, FIELD(client_held_bytes), 0, 1e15},
     {"header-seconds", "S", "10", "time to receive the request line and headers",
      SRV_OPTION_SECONDS, FIELD(header_seconds), 0.1, 3600},
@@ -163,10 +166,12 @@ static const struct srv_option config_table[] = {
     {"max-client-jobs", "N", "10000", "open jobs of one client; more are refused with 429",
      SRV_OPTION_WHOLE, FIELD(client_jobs), 1, 1e9},
     {"max-client-bytes", "BYTES", "4G",
-     "stored bytes for jobs of one client: rows, requests, results; beyond that, jobs fail and new ones are refused with 429",
+     "stored bytes for jobs of one client: rows, requests, results; beyond that, jobs fail and new "
+     "ones are refused with 429",
      SRV_OPTION_BYTES, FIELD(client_bytes), 65536, 1e15},
     {"max-store-bytes", "BYTES", "16G",
-     "stored bytes for jobs of all clients; beyond that, jobs fail and new ones are refused with 429",
+     "stored bytes for jobs of all clients; beyond that, jobs fail and new ones are refused with "
+     "429",
      SRV_OPTION_BYTES, FIELD(store_bytes), 65536, 1e15},
     {"keep-seconds", "S", "604800", "time that a job and its results are stored after its end",
      SRV_OPTION_SECONDS, FIELD(keep_seconds), 1, 1e9},
