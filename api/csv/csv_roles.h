@@ -8,7 +8,7 @@
 enum api_csv_role {
     API_CSV_NONE,  /* not used; `why` is the reason */
     API_CSV_TIME,  /* s */
-    API_CSV_THETA, /* rad from hanging */
+    API_CSV_THETA, /* rad, from the vertical */
     API_CSV_PHI,   /* rad from the positive real axis */
     API_CSV_JOINT, /* rad from the direction of the parent arm */
     API_CSV_X,

@@ -175,7 +175,7 @@ static int read_degrees(const struct api_value *value, struct api_problem *probl
     return unit;
 }
 
-/* reads a state given by angles and rates, from the real axis or from hanging */
+/* reads a state given by angles and rates, from the real axis or from the vertical */
 static void read_turns(struct api_states *states, long i, const struct api_value *angle,
                        const struct api_value *rate, int degrees, int from_hanging,
                        const struct api_tree *tree, struct api_problem *problem) {

@@ -91,7 +91,7 @@ void pend_dynamics_many(const struct pend_tree *tree, const struct pend_loads *l
 
 /**
  * As pend_dynamics at angles phi + phi_low, for small swings about hanging. Their accelerations are
- * proportional to the angle from hanging, and the double phi contains only a few digits of it.
+ * proportional to the angle from the vertical, of which the double phi contains only a few digits.
  *
  * phi_low  n values, below an ulp of phi.
  * scratch  3 n values.

@@ -267,9 +267,9 @@ static void watch_give(struct pend_ensemble *e, int i, int count) {
     e->seat[i].row += count;
 }
 
-/* Computes angles from hanging at the instants x, for which phi is known. For a small swing they
- * are computed from a series that starts with the angles from hanging, which keeps all their
- * digits. During the call, the arrays of the outcome hold that start. */
+/* Computes angles from the vertical at the instants x, for which phi is known. For a small swing
+ * they are computed from a series that starts with these angles, which keeps all their digits.
+ * During the call, the arrays of the outcome hold that start. */
 static void watch_theta(struct pend_ensemble *e, int i, const double x[]) {
     struct ensemble_lanes *lanes = &e->lanes;
     const struct ensemble_values values = {e->instants[3], e->instants[1], NULL};

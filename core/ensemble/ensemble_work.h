@@ -67,8 +67,8 @@ struct pend_ensemble {
     double *phi, *rate, *phi_low; /* state of an outcome */
     double *subtree;              /* kg, masses of the sub-trees of `member` */
     double *room;                 /* scratch of 4 n numbers for energies */
-    /* angles, rates, forces and angles from hanging at some instants: sorted by rows, and in the
-     * order of the kernel */
+    /* angles, rates, forces and angles from the vertical at some instants: sorted by rows, and in
+     * the order of the kernel */
     double *rows[4], *instants[4];
     struct event_truth truth;   /* memory for forces of states; phi is NULL if they are not
                                  * needed */

@@ -170,8 +170,8 @@ static int start_rates(const struct pend_fit_problem *p, int run, int arm, doubl
     return seen > 0;
 }
 
-/* A swing from passages, accelerations along the arm, which are smallest at a turning point, or
- * amplitudes and periods, by the first or smallest measurement in the run. */
+/* Computes the start of a swing from the first passage or amplitude in the run, or from the
+ * smallest acceleration along the arm, which belongs to a turning point. */
 static enum pend_fit_started start_swing(const struct pend_fit_problem *p, int run, int arm,
                                          double *phi, double *rate) {
     static const enum pend_fit_kind kinds[] = {PEND_FIT_PASSAGE, PEND_FIT_ALONG, PEND_FIT_AMPLITUDE,

@@ -5,8 +5,8 @@
 
 #include "core/fit/fit_problem.h"
 
-/* What data determine of a start: nothing, the angle and the rate, or the angle of a turning point.
- */
+/* The part of a start that the data determine: nothing, the angle and the rate, or the angle of a
+ * turning point. */
 enum pend_fit_started { PEND_FIT_START_NONE, PEND_FIT_START_BOTH, PEND_FIT_START_ANGLE };
 
 /** Returns the angle of an arm (the caller's order) at a row, rad, from its own column or from the
@@ -24,8 +24,8 @@ void pend_fit_start_parabola(const struct pend_fit_problem *problem, int arm, lo
  * mean rate from the first to the last, each step taken the shorter way, or a parabola if the rate
  * changes. With up to 30 arms, an arm without a measured tip is assumed in line with the arms
  * between measured tips. If only rates are measured, the angle is their integral, and the arm hangs
- * in the middle of its first swings. With passages, accelerations or amplitudes alone it is a swing
- * that has them.
+ * in the middle of its first swings. If only passages, accelerations or amplitudes are measured,
+ * the start is that of a swing with these values.
  *
  * Returns PEND_FIT_START_NONE if the arm is not measured in the run; then phi and rate are
  * unchanged. The rate is 0 if only one row measures the arm. O(rows columns).
@@ -34,7 +34,7 @@ enum pend_fit_started pend_fit_start_state(const struct pend_fit_problem *proble
                                            double *phi, double *rate);
 
 /** Returns the start value of an instrument's offset. For angles it is the mean direction of its
- * columns, rad, from hanging or from the arm to which they are relative; for rates their mean,
+ * columns, rad, from the vertical or from the arm to which they are relative; for rates their mean,
  * rad/s. O(rows columns). */
 double pend_fit_start_zero(const struct pend_fit_problem *problem, int zero);
 

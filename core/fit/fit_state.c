@@ -165,7 +165,7 @@ double pend_fit_state_total(const struct pend_fit *fit) {
             if (isnan(x)) continue;
             if (column->kind == PEND_FIT_PHI)
                 x = remainder(x, 2 * M_PI), gap = remainder(gap, 2 * M_PI);
-            // instants that are spread over half a swing
+            // the instants of passages are spread over half a swing
             if (column->kind == PEND_FIT_PASSAGE)
                 x = 0, gap = M_PI / sqrt(12) / fit->model.seen.swing;
             sum += pow(size, -2) * (gap * gap + fit_exact * x * x);

@@ -1,4 +1,4 @@
-/* Whether a model fits the data, and whether its standard errors are valid: the p-value of
+/* Tests whether a model fits the data and whether its standard errors are valid: the p-value of
  * chi-squared, the autocorrelation of the residuals, and outliers.
  * Leaves to others: whether the minimum was found (fit_end), sentences (api).
  * Invariant: standard errors are never decreased; a model that one test rejects is not accepted by

@@ -3,8 +3,8 @@
  *
  *     s = -w^2 + 2 i w drag_per_mass,  d = i w drag,  kappa = spring + i w damper
  *     form = s mass + d,  cross = s moment + d lever,  own = s inertia + d span + fall
- *     each child, whose base is displaced by b + place x, adds its form, cross and own D = own +
- *     kappa,  x = (couple - <cross, b> + kappa x_p) / D
+ * Each child, whose base is displaced by b + place x, adds its form, cross and own. Then
+ *     D = own + kappa,  x = (couple - <cross, b> + kappa x_p) / D
  *
  * (without x_p if the joint turns against the ground: at the pivot, or on a cart). Substituting x
  * leaves a symmetric form in b and x_p for the parent. Complex pivots can vanish: a pivot near 0 is

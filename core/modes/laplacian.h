@@ -13,8 +13,8 @@
  * sibling. */
 enum { PEND_TURN_LEAF = 1, PEND_TURN_NEXT = 2 };
 
-/* The deepest stack of a sweep: an entry's sub-tree has at most half the arms of the sub-tree of
- * the entry below it. */
+/* The largest depth of a sweep's stack: an entry's sub-tree has at most half the arms of the
+ * sub-tree of the entry below it. */
 enum { PEND_LAPLACIAN_STACK = 34 };
 
 /* All arrays have n entries and lie in one block. L = S^-T diag(spring) S^-1. */

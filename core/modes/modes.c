@@ -26,7 +26,7 @@ struct mode {
     int row; /* row of the first occurrence in the result; negative if not selected */
 };
 
-/* what the next step does; the phases follow each other in this order */
+/* the task of the next step; the phases follow each other in this order */
 enum phase {
     PHASE_VALUES,
     PHASE_ROWS,
@@ -56,7 +56,7 @@ struct pend_modes_search {
     int *lead;   /* for each row, the first moving arm, in the caller's numbering; -1: unknown */
     int at, end; /* in PHASE_VECTORS and PHASE_SPREAD, the modes of the current part */
     int low;     /* index of the first of these vectors */
-    int row;     /* occurrences done in PHASE_SPREAD; from PHASE_STAND on the next row */
+    int row;     /* in PHASE_SPREAD, occurrences done; from PHASE_STAND on, index of the next row */
     struct pend_vectors *vectors;
     double **vector, *room;
 };

@@ -1,5 +1,5 @@
-/* Eigenfrequencies and eigenmodes of the linearization about an equilibrium, theta'' = -A theta
- * (lin) about hanging.
+/* Eigenfrequencies and eigenmodes of the linearization about an equilibrium, about the hanging
+ * position theta'' = -A theta (lin).
  * Leaves to others: motion in time (method_linear), drawing (api).
  * Invariant: omega ascending; vectors orthogonal in the mass inner product, in the tree's stored
  * order. */
@@ -16,8 +16,8 @@ enum pend_select {
     PEND_SELECT_BETWEEN
 };
 
-/* The request for a tree's modes; {.loads.gravity = 9.81} requests all frequencies about
- * hanging. */
+/* The request for a tree's modes; {.loads.gravity = 9.81} requests all frequencies about the
+ * hanging position. */
 struct pend_modes_request {
     struct pend_loads loads; /* gravity and other loads; gravity > 0 */
     int vectors;             /* non-zero to compute the eigenvectors too */
@@ -94,7 +94,7 @@ PEND_MUST_CHECK enum pend_status pend_modes_select(struct pend_modes **modes,
                                                    const struct pend_modes_request *request,
                                                    struct pend_error *error);
 
-/** Finds all modes about hanging: pend_modes_select with all other members of the request 0. */
+/** Finds all modes about the hanging position: pend_modes_select with a request of zeros. */
 PEND_MUST_CHECK enum pend_status pend_modes_new(struct pend_modes **modes,
                                                 const struct pend_tree *tree,
                                                 const struct pend_loads *loads, int vectors,

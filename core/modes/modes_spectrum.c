@@ -7,8 +7,8 @@
 
 enum { SPECTRUM_SHIFTS = 16, SPECTRUM_ROUNDS = 14 };
 
-/* (rad/s)^2, limit of squared frequencies, like its inverse: beyond them, sums and quotients of the
- * sweeps would overflow or lose digits */
+/* (rad/s)^2, limits of squared frequencies: beyond them, sums and quotients of the sweeps would
+ * overflow or lose digits */
 #define SPECTRUM_LEAST 1e-300
 #define SPECTRUM_MOST 1e300
 

@@ -31,7 +31,7 @@ struct settling {
     int first; /* the first vector to which this one is orthogonalized */
     int next;  /* the next vector onto which this pass projects */
     int pass, try;
-    int due;        /* number of iterations always done: a random start contains every mode */
+    int due;        /* iterations still to do, because a random start contains every mode */
     double squares; /* the sum of the squares of the components that this pass removed */
     double left;    /* the norm of the vector after projection; 1 if nothing was removed */
 };

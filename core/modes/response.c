@@ -9,7 +9,7 @@
 #include "core/modes/kernel_response.h"
 #include "core/modes/rest.h"
 
-/* the largest ratio of the solution to what each arm would do by itself under its drive; beyond it,
+/* the largest ratio of the solution to the motion of each arm by itself under its drive; beyond it,
  * rounding errors determine how far the frequency is from a mode */
 static const double moved_most = 0x1p44;
 

@@ -35,7 +35,7 @@ static void orbits_failed(struct pend_orbits *o, enum pend_orbits_end why) {
         orbits_predict(o);
 }
 
-/* the fraction of the branch covered so far, 1 at its end; *arm: that with the largest swing */
+/* the fraction of the branch covered so far, 1 at its end; *arm: the arm with the largest swing */
 static double orbits_way(const struct pend_orbits *o, const double u[], int *arm) {
     int n = o->newton.form.n;
     *arm = 0;
@@ -134,7 +134,7 @@ static int orbits_closes(struct pend_orbits *o) {
     return missed <= branch_near * chord;
 }
 
-/* starts the next step from the orbit found, or ends */
+/* starts the next step from the orbit found, or ends the search */
 static void orbits_forward(struct pend_orbits *o) {
     int q = o->newton.unknowns, first = o->aim == FIRST, last = o->aim == LAST, arm;
     struct orbits_point keep = o->last;
@@ -164,7 +164,7 @@ static void orbits_forward(struct pend_orbits *o) {
 
 /* ---- pieces */
 
-/* after Newton's method found a solution: checks that it is an orbit */
+/* checks that the solution found by Newton's method is an orbit */
 static enum pend_status orbits_solution(struct pend_orbits *o, enum pend_orbits_found *found,
                                         struct pend_error *error) {
     struct orbit_newton *newton = &o->newton;

@@ -55,7 +55,7 @@ static void change_locate_at(struct pend_orbits *o) {
     pend_orbit_search_begin(o, LOCATE);
 }
 
-/* True if a boundary lies between two orbits. For the unit circle it does if more multipliers cross
+/* True if a boundary lies between two orbits. The unit circle counts if more multipliers cross it
  * than at +1 and -1. */
 static int change_passes(const struct orbits_mark *a, const struct orbits_mark *b, int border) {
     int passed = abs(a->side[border] - b->side[border]);
@@ -176,7 +176,7 @@ enum pend_status pend_orbit_change_looked(struct pend_orbits *o) {
     return PEND_OK;
 }
 
-/* the step after a bifurcation was reported: leaves the branch there, or continues */
+/* continues after a bifurcation was reported: leaves the branch there, or follows it */
 static void change_met(struct pend_orbits *o, enum pend_orbits_found *found) {
     int pending = o->left < o->problem.switches;
     o->met++;

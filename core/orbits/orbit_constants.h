@@ -1,6 +1,6 @@
 /* The tuning constants of searches for orbits, each with its purpose, its unit, and in brackets the
- * test that fails if the value is three times larger or smaller. One that only ends a loop says so
- * after "Safety".
+ * test that fails if the value is three times larger or smaller. A constant that only ends a loop
+ * is marked "Safety".
  * Leaves to others: limits of requests (api/base/limits). Invariant: all named tuning constants of
  * the directory are in this file. */
 #pragma once
@@ -35,12 +35,12 @@ static const double change_turn = 1e-3;
 /* Largest angle between a step and an intermediate orbit on the same branch. Unit: cosine.
  * [bifurcations_of_random_trees_are_where_multipliers_pass_the_circle_and_nowhere_else] */
 static const double change_bend = 0.8;
-/* Largest slope of such an orbit. Unit: slopes at the ends. [searches_end_as_they_must] */
+/* Largest slope at an intermediate orbit. Unit: slopes at the ends. [searches_end_as_they_must] */
 static const double change_other = 2;
 /* First distance at which an orbit is searched for if none is found at a point; each attempt
  * multiplies it by five. Unit: step. [searches_end_as_they_must] */
 static const double change_beside = 2e-6;
-/* Number of such attempts. [orbits_switch_round_a_closed_branch] */
+/* Number of attempts at such distances. [orbits_switch_round_a_closed_branch] */
 enum { CHANGE_BESIDE = 5 };
 /* The first orbit of a branch may be farther away than requested by at most this factor.
  * [orbits_switch_nowhere_where_no_branch_begins] */
@@ -51,7 +51,7 @@ static const double orbits_alike = 1e-6;
 /* Accuracy of an orbit: of its end, multiplied by the growth of errors over a period, and of
  * multipliers at the unit circle. [searches_end_as_they_must] */
 static const double orbits_exact = 1e-9;
-/* The latter for driven pendulums. A larger imaginary part makes a pair complex.
+/* Accuracy of multipliers of driven pendulums. A pair with a larger imaginary part is complex.
  * [searches_end_as_they_must] */
 static const double floquet_driven = 1e-6;
 /* Largest multiple of the base frequency that drives may have. [common_periods_are_found] */

@@ -24,11 +24,11 @@ struct orbit_form {
     const struct pend_orbit_problem *problem;
     int n, equations, turns; /* arms, equations; turns: arms whose whole turns change nothing */
     int times;               /* number of periods of the drive, or of the first branch's orbits */
-    int mirrored;            /* whether it is its own mirror image after half of its period */
+    int mirrored;            /* whether the orbit is its mirror image after half its period */
     int turning;             /* for ORBIT_FREE, the arm whose rate is 0 at the start */
     int twins, twin[2];      /* number of equal branches on one joint, 0 if fewer than three; first
                               * arms of the two branches with the largest opposite motion */
-    int against;             /* whether these swing against each other and all others hang still */
+    int against;             /* whether only these two swing, against each other */
     double omega;            /* rad/s, frequency of the mode or of the drive: the unit of rates */
     double from;             /* start value of the varied number */
     double rest_potential;   /* J, potential energy at the equilibrium */
@@ -117,7 +117,7 @@ int pend_orbit_form_double(struct orbit_form *form);
  */
 int pend_orbit_form_against(struct orbit_form *form);
 
-/** Projects a list of unknowns onto that shape, if the orbits have it. O(n). */
+/** Projects a list of unknowns onto the shape of pend_orbit_form_against, if chosen. O(n). */
 void pend_orbit_form_hold(const struct orbit_form *form, double u[]);
 
 /** Switches from the equations of orbits that are their own mirror image to those of general ones,

@@ -1,13 +1,13 @@
 /* The numbers that templates compute with: their interface, and the kinds.
  *
  * A template is written once, in `num` and the functions below. A file that includes templates
- * first selects a kind by one of
+ * first defines one of
  *
- *     #define NUMBER_VEC 1             a double; the default #define NUMBER_VEC 8             a
- *     vector of 2, 4 or 8 doubles, one value per lane #define NUMBER_DOUBLE_DOUBLE     32 digits: a
- *     sum of two of the widest vectors #define NUMBER_TANGENT           a double and its
- *     derivatives by eight parameters #define NUMBER_OTHER type        the file has defined num_of
- *     .. num_neg of `type` itself
+ *     NUMBER_VEC 1            a double; the default
+ *     NUMBER_VEC 2, 4 or 8    a vector of so many doubles, one value per lane
+ *     NUMBER_DOUBLE_DOUBLE    32 digits: a sum of two of the widest vectors
+ *     NUMBER_TANGENT          a double and its derivatives with respect to eight parameters
+ *     NUMBER_OTHER type       a type for which the file has defined num_of .. num_neg
  *
  * and then includes this file. All kinds have
  *

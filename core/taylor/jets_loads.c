@@ -79,7 +79,7 @@ size_t pend_jets_loads_bytes(const struct pend_tree *tree, const struct pend_ter
     return loads_lay(&sketch, tree, order_cap, layout, NULL);
 }
 
-/* fills in the forces across for unit torques */
+/* fills in the forces across the arms for unit torques */
 static void loads_twists(struct jets_loads *loads, const struct pend_tree *tree) {
     int from = tree->n > 4 ? 8 : tree->n > 2 ? 4 : 2;
     for (int a = 0; a < tree->n; a++) {

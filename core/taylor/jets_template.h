@@ -6,7 +6,7 @@
 
 #include "core/taylor/jets_factor.h"
 
-/* computes for arm a what depends only on T and c, and clears the sums for the sweeps of order k */
+/* computes for arm a the values that depend only on T and c, and clears its sums for order k */
 static inline void jets_prepare(const struct jets_system *s, int k, int a, num Tr, num Ti, num cr,
                                 num ci) {
     s->wind_re[a] = Tr;

@@ -91,7 +91,8 @@ static void loads_springs(const struct jets_system *s, double unit, double *forc
     }
 }
 
-/* sets what the values of the terms determine in one expansion, and the pivot's motion */
+/* sets the numbers of one expansion that depend on the values of the terms, and the pivot's motion
+ */
 static void loads_number(const struct jets_system *s, const double *value,
                          const struct bodies_moment *now, int order) {
     s->loads->value = value;
@@ -99,7 +100,7 @@ static void loads_number(const struct jets_system *s, const double *value,
     loads_pivot(s, now, s->loads->moves ? order : 1);
 }
 
-/* computes what is known before the first order */
+/* computes the values known before the first order */
 static void loads_begin(const struct jets_system *s, const double *value,
                         const struct bodies_moment *now, int order, int from) {
     struct jets_loads *loads = s->loads;

@@ -78,7 +78,7 @@ static void roots_bernstein(const struct roots_path *path, double b[]) {
         for (int i = d; i >= r; i--) b[i] += b[i - 1];
 }
 
-/* of the coefficients that exceed rounding errors: the first and last sign, and the number of
+/* the first and last sign of the coefficients that exceed rounding errors, and the number of sign
  * changes */
 struct roots_signs {
     int first, last, changes;
@@ -177,7 +177,7 @@ double pend_roots_next(const struct roots_path *path, double from, double low, d
         if (out) {
             *way = up ? 1 : -1;
             double level = up ? high : low;
-            // rounding may put the start of the piece already at the level
+            // rounding may put the start of the piece at the level
             if (up ? at_a >= level : at_a <= level) return a;
             return roots_root(path, roots_value_pair, level, up, a, b);
         }

@@ -11,8 +11,8 @@
 /* The value of a table before its first and after its last instant. */
 enum pend_outside { PEND_OUTSIDE_REFUSE, PEND_OUTSIDE_HOLD, PEND_OUTSIDE_ZERO };
 
-/* A torque, N m, or a force on a cart, N, given at instants, or a coordinate of the pivot, m, as
- * natural cubic spline; it is added to the other inputs. */
+/* A torque, N m, or a force on a cart, N, given at instants, or a coordinate of the pivot, m, as a
+ * natural cubic spline. It is added to the other inputs. */
 struct pend_table {
     int drives; /* a stored arm; 0 for a pendulum on a cart is the cart; or PEND_DRIVE_PIVOT_X, _Y
                  */
@@ -114,8 +114,8 @@ void pend_rules_track(const struct pend_rules *rules, double now, int way, doubl
 void pend_rules_inputs(const struct pend_rules *rules, const struct pend_terms *terms, double now,
                        int way, double value[], size_t stride);
 
-/** Does the same, and returns the end of the piece as pend_rules_next. For a pendulum without rules
- * it writes nothing and returns infinity. */
+/** Writes the inputs as pend_rules_inputs does, and returns the end of the piece as pend_rules_next
+ * does. For a pendulum without rules it writes nothing and returns infinity. */
 double pend_rules_piece(const struct pend_terms *terms, double now, int way, double value[],
                         size_t stride);
 

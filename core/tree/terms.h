@@ -17,8 +17,8 @@ enum pend_term_row {
     PEND_TERM_CENTER_X,       /* m, center of mass of the body */
     PEND_TERM_CENTER_Y,       /* m */
     PEND_TERM_INERTIA,        /* kg m^2, moment of inertia of the body about its center of mass */
-    PEND_TERM_AT_X,           /* m, position of the arm's joint in the frame of its parent, for arms
-                               * that set it */
+    PEND_TERM_AT_X,           /* m, position of the arm's joint in the frame of its parent, if it is
+                               * not at the parent's tip */
     PEND_TERM_AT_Y,           /* m */
     PEND_TERM_DAMPING,        /* N m s/rad: torque -c r, r the rate relative to the parent */
     PEND_TERM_STIFFNESS,      /* N m/rad: torque -k (q - a), q the angle to the parent; for the

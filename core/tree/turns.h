@@ -32,11 +32,11 @@ struct pend_sum {
  */
 struct pend_sum pend_turns_rest(double phi, double low, struct pend_sum *turns);
 
-/* rad; for angles theta from hanging below this, a double stores digits of theta that a double of
- * phi = theta - pi/2 loses */
+/* rad; for angles theta from the vertical below this, a double stores digits of theta that a double
+ * of phi = theta - pi/2 loses */
 #define PEND_TURNS_SMALL 0x1p-6
 
-/** Returns the angle from hanging, phi + low + pi / 2, rounded once if it is small. */
+/** Returns the angle from the vertical, phi + low + pi / 2, rounded once if it is small. */
 static inline double pend_turns_theta(double phi, double low) {
     double high = phi + M_PI_2, part = high - phi;
     // the rounding error of the sum, and the low part of pi / 2
@@ -44,7 +44,7 @@ static inline double pend_turns_theta(double phi, double low) {
     return high + (lost + (low + PEND_QUARTER_LOW));
 }
 
-/** Returns the angle phi = theta - pi / 2 of an angle from hanging, with its rounding error. */
+/** Returns phi = theta - pi / 2 of an angle theta from the vertical, with its rounding error. */
 static inline struct pend_sum pend_turns_hanging(double theta) {
     double high = theta - M_PI_2, part = high - theta;
     double low = (theta - (high - part)) - (M_PI_2 + part) - PEND_QUARTER_LOW;

@@ -89,7 +89,7 @@ static void read_sigma(struct api_fit_part *run, int c, const struct api_value *
 static const struct {
     const char *name;
     enum pend_fit_kind kind;
-    int theta; /* 1 = measured from hanging; 2 = from the parent arm */
+    int theta; /* 1 = from the vertical; 2 = from the parent arm */
 } kinds[] = {{"theta", PEND_FIT_PHI, 1},
              {"phi", PEND_FIT_PHI, 0},
              {"joint", PEND_FIT_PHI, 2},

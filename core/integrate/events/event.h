@@ -8,18 +8,18 @@
 /* The quantity of a condition. */
 enum pend_quantity {
     PEND_QUANTITY_PHI,       /* rad, of an arm; m, of a cart */
-    PEND_QUANTITY_THETA,     /* rad, from hanging, with the digits of a small swing */
+    PEND_QUANTITY_THETA,     /* rad, from the vertical, with the digits of a small swing */
     PEND_QUANTITY_RATE,      /* rad/s, of an arm */
     PEND_QUANTITY_FORCE,     /* N, lambda of an arm */
     PEND_QUANTITY_X,         /* m, of a tip */
     PEND_QUANTITY_Y,         /* m, of a tip */
-    PEND_QUANTITY_DISTANCE,  /* m, of two tips */
+    PEND_QUANTITY_DISTANCE,  /* m, between two tips */
     PEND_QUANTITY_KINETIC,   /* J, kinetic energy of the whole pendulum */
     PEND_QUANTITY_POTENTIAL, /* J, of gravity and springs */
     PEND_QUANTITY_ENERGY,    /* J, sum of the kinetic and the potential energy */
     PEND_QUANTITIES,
-    PEND_QUANTITY_IMPACT = PEND_QUANTITIES /* of a joint on its stop, reported twice: before and
-                                            * after; up = upper */
+    PEND_QUANTITY_IMPACT = PEND_QUANTITIES /* impact of a joint on its stop, reported before and
+                                            * after it; up: the upper stop */
 };
 
 /** Returns non-zero if a quantity belongs to the whole pendulum. */
@@ -35,7 +35,7 @@ struct pend_event {
                      * from 0 */
     unsigned ways;  /* flags of enum pend_way; up: the value grows as the integration proceeds */
     long most;      /* most passages that are reported, >= 1 */
-    long stop;      /* ordinal of the passage that ends the motion; 0 = none does */
+    long stop;      /* number of the passage that ends the motion, from 1; 0 = none */
 };
 
 /* A passage. */

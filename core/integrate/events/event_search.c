@@ -130,7 +130,7 @@ static void search_cross(struct event_search *search, int event, int lower, int 
         if (beyond != *above) {
             double s =
                 pend_roots_next(path, a, beyond ? -INFINITY : 0, beyond ? 0 : INFINITY, &way);
-            // rounding may put it before the start of the piece
+            // rounding may put s before the start of the piece
             if (!(s >= a && s <= b)) s = a;
             // at the lower bound of a magnitude, a growing value moves into the interval
             pend_event_search_note(search, from + s * length, event, beyond != lower);
@@ -194,7 +194,7 @@ void pend_event_search_step(struct event_search *search, struct event_step *step
     }
     if (search->room) pend_event_series_energy(step, search->kinetic, search->potential);
     for (int i = 0; i < search->count; i++)
-        if (search->event[i].quantity != PEND_QUANTITY_IMPACT) // that has no level
+        if (search->event[i].quantity != PEND_QUANTITY_IMPACT) // an impact has no level
             search_look(search, step, i, &watch[i], from, first);
     assert(search->queued <= search->count * EVENT_HITS);
 }

@@ -31,7 +31,7 @@ PEND_VALIDATOR events_valid(const struct pend_events *e) {
            e->search.count == e->problem.count;
 }
 
-/* notes impacts at the end of the last step, after them, and at the end of this one, before them */
+/* notes the impacts at the start of this step and those at its end */
 static void events_impacts(struct pend_events *e, double from) {
     int within = fabs(e->reached) <= fabs(e->problem.duration);
     for (int i = 0; i < e->problem.count; i++) {

@@ -13,7 +13,7 @@ enum { SECTION_LOOKS = 32, SECTION_QUEUE = 4 * SECTION_LOOKS, SECTION_HALVINGS =
 
 /* The section's arm at one instant of a step. */
 struct section_look {
-    double time, phi, rate; /* for a small swing, phi is the angle from hanging */
+    double time, phi, rate; /* for a small swing, phi is the angle from the vertical */
 };
 
 struct pend_section {
@@ -24,8 +24,8 @@ struct pend_section {
     struct pend_horizon *horizon; /* NULL if no accuracy is given */
     double reached;               /* s, end of the last step */
     double flash;                 /* index of the next instant of a stroboscopic section */
-    double *theta;       /* angles from hanging, which have more digits than phi if the swing is
-                          * small */
+    double *theta;       /* angles from the vertical, which have more digits than phi if the swing
+                          * is small */
     double level, start; /* the arm's angle in the section, and at the start; both measured as in
                           * section_look */
     struct pend_passage queue[SECTION_QUEUE]; /* passages of the last step; entries next .. queued -
@@ -242,7 +242,7 @@ static void section_turn(struct pend_section *section, double memory[]) {
 }
 
 /* Sets the section's level and the arm's start. For a small swing whose start has more digits than
- * phi, both are angles from hanging. `theta` has n values for each look at a step. */
+ * phi, both are angles from the vertical. `theta` has n values for each look at a step. */
 static void section_aim(struct pend_section *section, double theta[]) {
     const struct pend_section_problem *problem = &section->problem;
     double level = pend_turns_theta(problem->angle, problem->angle_low), largest = fabs(level),

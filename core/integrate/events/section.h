@@ -22,7 +22,7 @@ struct pend_section_problem {
     unsigned ways;
     double rtol, atol; /* as for the taylor method; 0 = its default */
     double accuracy;   /* requested accuracy, for pend_section_held, > 0; 0 = no estimate */
-    /* low-order parts of the initial state, n values each, NULL = 0; and of the angle, rad */
+    /* low-order parts: of the initial state, n values each, NULL = 0; of the angle, rad */
     const double *phi_low, *rate_low;
     double angle_low;
     double start; /* s, start in the time of the drives; passages count from it */

@@ -32,7 +32,7 @@ struct pend_exchange {
  * O(order). */
 static inline double pend_given_inside(const struct pend_exchange *exchange,
                                        const struct pend_given *given, double x) {
-    // four separate sums, each of every fourth term, do not wait for one another
+    // four separate sums, each of every fourth term, can be computed in parallel
     double sum[4] = {0}, square = x * x, fourth = square * square, inverse = 1 / exchange->unit;
     if (!given->count) return 0;
     for (int j = (given->count - 1) / 4 * 4; j >= 0; j -= 4)

@@ -29,8 +29,8 @@ static inline wide nodes_term(const double *a, const double *from, int stride, i
     return wide_of(a[j * stride] - (from ? from[j * stride] : 0));
 }
 
-/* sums a series of `order` terms; even and odd terms have separate sums, which do not wait for each
- * other */
+/* sums a series of `order` terms; even and odd terms have separate sums, which are computed in
+ * parallel */
 static inline struct at_nodes nodes_sum(const struct at_nodes *x, const double *a,
                                         const double *from, int stride, int order) {
     struct at_nodes even, odd, square;

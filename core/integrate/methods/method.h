@@ -87,8 +87,8 @@ struct pend_series {
     const struct pend_jets *jets;
     const struct jets_state *begin;
     int order, beyond; /* order of the step; number of known higher coefficients */
-    int stands; /* number of steps, up to this one, that count with the truncation error of this
-                 * step; 0: a later step counts for this one */
+    int stands; /* number of steps, up to this one, that are given the truncation error of this
+                 * step; 0: a later step gives it to this one */
     double unit, time, reached; /* s; unit; start and end of the step, relative to the first
                                  * instant */
 };
@@ -161,7 +161,7 @@ struct pend_method {
     /** Returns the state at the end of the last step, valid until the next step. With `end` alone a
      * method supports pieces that end at known instants. NULL if it supports none. */
     struct pend_start (*end)(const void *stepper);
-    /** Replaces the state from which the next step starts; see pend_start. NULL as `cut`. */
+    /** Replaces the state from which the next step starts; see pend_start. NULL if `cut` is. */
     void (*put)(void *stepper, const struct pend_start *start);
     /** Frees a stepper and clears the pointer; NULL is accepted. */
     void (*close)(void **stepper);

@@ -226,8 +226,8 @@ static int gsl_stepper_evolve(struct gsl_stepper *g, double limit) {
     return status;
 }
 
-/* The same. If a value is not finite, tries once more without history, because GSL's multistep
- * method divides by the difference of two states, which may vanish. */
+/* As gsl_stepper_evolve. If a value is not finite, tries once more without history, because GSL's
+ * multistep method divides by the difference of two states, which may vanish. */
 static int gsl_stepper_evolve_anew(struct gsl_stepper *g, double limit) {
     double t = g->t, size = g->size, *kept = g->y + g->system.dimension;
     size_t bytes = g->system.dimension * sizeof(double);
@@ -261,7 +261,7 @@ static void gsl_stepper_at(void *stepper, const double t[], int count,
                            const struct pend_points *points) {
     struct gsl_stepper *g = stepper;
     size_t row = (size_t)g->n * sizeof(double);
-    (void)t; /* always the end of the last step */
+    (void)t; /* t is always the end of the last step */
     for (int i = 0; i < count; i++) {
         memcpy(points->phi + i * g->n, g->y, row);
         memcpy(points->rate + i * g->n, g->y + g->n, row);
@@ -271,7 +271,7 @@ static void gsl_stepper_at(void *stepper, const double t[], int count,
 static void gsl_stepper_exchange(const void *stepper, const double t[], int count, double work[],
                                  double heat[]) {
     const struct gsl_stepper *g = stepper;
-    (void)t; /* always the end of the last step */
+    (void)t; /* t is always the end of the last step */
     for (int i = 0; i < count; i++) {
         work[i] = g->gives ? g->y[2 * g->n] : 0;
         heat[i] = g->gives ? g->y[2 * g->n + 1] : 0;

@@ -1,5 +1,5 @@
-/* linear: the motion linearised about hanging, theta'' = -A theta, in closed form: at any instant a
- * sum of modes.
+/* linear: the motion linearized about the hanging position, theta'' = -A theta, in closed form: at
+ * any instant a sum of modes.
  * Leaves to others: finding the modes (modes), the forces of that motion (kinematics).
  * Invariant: mode k of `modes` is scaled by its amplitude, theta(t) = sum_k vector_k cos(omega_k t
  * + phase_k). */

@@ -165,7 +165,7 @@ static void symplectic_halve(struct symplectic *s) {
     size_t lanes = s->kernel->count(s->system.loads.terms, s->tree->n) * sizeof(double);
     for (int i = 0; i < HALVINGS && s->length != 0; i++) {
         int good = s->kernel->step(&s->system, &begin->state, &end->state);
-        // clears the guess for the next step
+        // clears the first guess for the stages of the next step
         memset(s->system.lanes, 0, lanes);
         s->kernel->load(&s->system, s->tree->len, s->tree->mass);
         if (good) break; // true also for values that are not finite, which the first step reports
@@ -211,7 +211,7 @@ static enum pend_status symplectic_open(void **stepper, const struct pend_proble
 /* ---- steps */
 
 /* Largest number of parts into which a step chosen by the method is divided. Of a step chosen by
- * the caller, only the first part is tried, down to the second fraction. */
+ * the caller, only the first part is tried, to suggest a step that is short enough. */
 enum { PARTS_OWN = 256, PARTS_TOLD = 1 << 30 };
 
 /* If the stages of a step do not converge, divides it into equal parts whose stages do converge.
@@ -275,8 +275,8 @@ static enum pend_status symplectic_step(void *stepper, double limit, double *rea
     return PEND_OK;
 }
 
-/* Angles from hanging x units after an end of the step. For a small swing, the sum of the series is
- * added to the angles from hanging at that end, which are known to all digits. */
+/* Angles from the vertical x units after an end of the step. For a small swing, the sum of the
+ * series is added to the angles from the vertical at that end, which are known to all digits. */
 static void symplectic_theta(const struct symplectic *s, const struct symplectic_end *end, double x,
                              const double phi[], double theta[], double rate[]) {
     int n = s->tree->n;

@@ -40,7 +40,7 @@ struct taylor {
     int gives; /* whether work of drives and heat of friction are added up */
     int nodes; /* whether they are computed from the power at nodes in a step */
     struct pend_exchange exchange;
-    double *hanging; /* angles from hanging at the start of a step, then zeros */
+    double *hanging; /* angles from the vertical at the start of a step, then zeros */
     struct pend_jets jets;
     struct pend_stepper_counts counts;
 };
@@ -124,7 +124,7 @@ static int taylor_bad_arm(const struct taylor *taylor) {
 }
 
 /* Expands about the start of step number `step`. After the first steps, only every fourth step
- * computes higher orders for the truncation error; after many steps, its error counts for all
+ * computes higher orders for the truncation error; after many steps, its error is used for all
  * four. */
 static void taylor_series_of(struct taylor *taylor, long step) {
     enum { FIRST = 24, MANY = 256, EVERY = 4 };
@@ -180,7 +180,7 @@ static double taylor_beyond(const struct taylor *taylor, double x) {
                square;
     }
     if (!loads->moves) return 0;
-    // of the first arm's direction: components along and across it
+    // components along and across the direction of the first arm
     double C = taylor->jets.system.cosine[0], Z = taylor->jets.system.sine[0];
     for (int j = 0; j < taylor->order; j++) {
         turned[0][j] = C * loads->pivot_force_x[j] - Z * loads->pivot_force_y[j];
@@ -300,8 +300,8 @@ static void taylor_group(const struct taylor *taylor, const double t[], int coun
     pend_jets_values(&taylor->jets, taylor->order, x, count, taylor->unit, &taylor->begin, values);
 }
 
-/* The angles from hanging. For a small swing, the sum of the series is added to the angles from
- * hanging at the start, which are known to all digits; otherwise this gains nothing. */
+/* The angles from the vertical. For a small swing, the sum of the series is added to the angles
+ * from the vertical at the start, which are known to all digits; otherwise this gains nothing. */
 static void taylor_theta(const struct taylor *taylor, const double t[], int count,
                          const struct pend_points *points) {
     size_t n = (size_t)taylor->tree->n;

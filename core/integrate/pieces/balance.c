@@ -7,8 +7,8 @@
 #include "core/dynamics/kinematics_at.h"
 #include "core/simd/kernel_sincos.h"
 
-/* of an arm: its direction, the acceleration and velocity of its joint, the force that it exerts on
- * the joint, and the force at its tip except that on the mass there */
+/* quantities of an arm: its direction, the acceleration and velocity of its joint, the force that
+ * it exerts on the joint, and the force at its tip except that on the mass there */
 struct balance_arm {
     double complex turn, acc, speed, force, tip;
     double torque;

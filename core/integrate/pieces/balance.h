@@ -12,7 +12,7 @@
 /** Returns e^(i phi), for phi up to 1e12 rad, with the same bits on every machine. O(1). */
 double complex pend_balance_turn(double phi);
 
-/** Returns the position of arm k's joint in its parent's frame, m; k is not on a cart. O(1). */
+/** Returns the position of arm k's joint in its parent's frame, m; arm k is not on a cart. O(1). */
 double complex pend_balance_hangs(const struct pend_tree *tree, const struct pend_loads *loads,
                                   int k);
 

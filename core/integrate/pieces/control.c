@@ -140,7 +140,7 @@ static double view_energy(const struct control_view *v, double speed) {
     return energy.kinetic + energy.potential;
 }
 
-/* the target energy of a swing-up law: by default that of rest at the next law's reference */
+/* the target energy of a swing-up law: by default that at rest at the next law's reference */
 static double law_energy(const struct control_view *v, const struct pend_law *law) {
     int n = v->tree->n;
     double *phi = v->scratch, *scratch = phi + 2 * n;

@@ -173,7 +173,7 @@ static void event_slips(struct event_look *look, int k) {
     for (int way = -1; way <= 1; way += 2) {
         struct roots_path path;
         double gap[EVENT_NODES], more = 0, most = bound;
-        if (j->touch[k] == -way) continue; // here the stop holds the joint
+        if (j->touch[k] == -way) continue; // here the joint is held by its stop
         for (int i = 0; i < EVENT_NODES; i++) {
             double h = at[(size_t)i * (size_t)j->n + (size_t)k];
             gap[i] = bound - way * h;

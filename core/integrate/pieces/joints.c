@@ -205,7 +205,7 @@ static void joints_moving(struct pend_joints *j) {
     }
 }
 
-/* determines whether the bounce after an impact is too short to resolve */
+/* determines whether the bounce that follows an impact is too short to resolve */
 static enum pend_status joints_last(struct pend_joints *j, int k, int side, int *last) {
     joints_moving(j);
     memcpy(j->try, j->mode, (size_t)j->n);
@@ -224,8 +224,7 @@ static enum pend_status joints_hit(struct pend_joints *j, int k) {
     for (int i = 0; i < j->n; i++) rate[i] -= (1 + e) * r / d * j->blow[i];
     if (!last) {
         PEND_TRY(joints_last(j, k, side, &last));
-        double now =
-            last ? pend_joints_rate(j, rate, k) : 0; // otherwise it goes on without restitution
+        double now = last ? pend_joints_rate(j, rate, k) : 0; // the rebound is removed
         for (int i = 0; i < j->n; i++) rate[i] -= now / d * j->blow[i];
     }
     if (last)

@@ -32,7 +32,7 @@ struct pend_joints {
     signed char *struck; /* n: +1, -1: it reached its upper or lower stop */
     signed char *was_forced, *was_struck; /* n: the same at the start of the piece */
     unsigned char *stopped;               /* n: whether its rate reached that of its parent */
-    unsigned char *holds;                 /* n flags: whether the mode is to hold */
+    unsigned char *holds;                 /* n flags: whether the joint is to hold */
     signed char *try;                     /* n candidate modes */
     double *acc, *torque;                 /* n each, for the candidate modes computed last */
     double *zero, *blow, *list; /* scratch: n zeros, then 2 n numbers; n changes of rates; the list
@@ -97,8 +97,8 @@ static inline double pend_joints_rate(const struct pend_joints *joints, const do
     return rate[k] - (p < 0 ? 0 : rate[p]);
 }
 
-/** Returns the angle of joint k, rad; for a root measured from hanging; for a cart its position, m.
- * O(1). */
+/** Returns the angle of joint k, rad; for a root measured from the vertical; for a cart its
+ * position, m. O(1). */
 double pend_joints_angle(const struct pend_joints *joints, const double phi[], int k);
 
 /* number of nodes in a step at which torques are computed */

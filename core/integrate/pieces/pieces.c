@@ -15,7 +15,7 @@ PEND_VALIDATOR pieces_valid(const struct pieces *p) {
 
 /* ---- the change between two pieces */
 
-/* adds what the controllers hold to the inputs */
+/* adds the outputs of the controllers to the inputs */
 static void pieces_control(struct pieces *p) {
     const struct pend_rules *all = p->piece.rules;
     double *input = p->piece.value + p->problem.loads.terms->row[PEND_TERM_INPUT];
@@ -132,7 +132,7 @@ static void pieces_arrive(struct pieces *p) {
 static enum pend_status pieces_begin(struct pieces *p, struct pend_error *error) {
     double now = p->piece.start + p->reached;
     pieces_arrive(p);
-    // if rounding puts an event at an instant known in advance, or after it, the event counts
+    // rounding may put an event at or after the instant known in advance; it is moved before it
     if (p->ended == PIECES_EVENT && p->piece.way * (p->next - now) <= 0)
         now = nextafter(p->next, -INFINITY);
     p->piece.now = p->ended == PIECES_KNOWN ? p->next : now;

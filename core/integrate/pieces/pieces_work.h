@@ -1,7 +1,6 @@
 /* The workspace of a motion in pieces.
  * Leaves to others: the loop (pieces), rows (pieces_rows).
- * Invariant: one block of memory, which does not contain the stepper and the contracted
- * pendulum. */
+ * Invariant: one block of memory, apart from the stepper and the contracted pendulum. */
 #pragma once
 
 #include "core/integrate/pieces/joints.h"
@@ -28,8 +27,8 @@ struct pieces {
     int ended;       /* how the last step ended the piece; 0 = it did not */
     int fresh;       /* whether no step of the piece was taken yet */
     int stalled;     /* number of consecutive pieces of zero length, up to now */
-    int taken;       /* number of steps of the piece */
-    double way_most; /* s, longest step while joints hold: their drives are not in the series */
+    int taken;       /* number of steps in this piece so far */
+    double way_most; /* s, longest step while joints hold: the series do not contain their drives */
     double *control; /* the state of the controllers; NULL = there are none */
     struct pend_joints *joints;      /* NULL = no joint has dry friction or stops */
     struct pend_stuck *stuck;        /* the contracted pendulum, while joints hold */

@@ -77,7 +77,7 @@ static int stuck_waves(const struct pend_stuck *s, const struct pend_terms *term
     int count = 0;
     for (int i = 0; i < terms->harmonics; i++) {
         int arm = terms->harmonic[i].drives, to = arm < 0 ? arm : place[arm];
-        if (arm >= 0 && (to < 0 || s->still[arm])) continue; // its joint holds
+        if (arm >= 0 && (to < 0 || s->still[arm])) continue; // the joint of this arm holds
         drives[count] = arm < 0 ? arm : s->tree->place[to];
         from[count++] = terms->harmonic[i].at;
     }
@@ -97,7 +97,7 @@ static enum pend_status stuck_lay(struct pend_stuck *s, const struct pend_terms 
     int *from = drives + most, *order = from + most,
         count = stuck_waves(s, terms, place, drives, from);
     enum pend_status status = pend_terms_new(&s->terms, left, rows, ones, count, drives, order);
-    if (status == PEND_OK) s->terms->rules = terms->rules; // its energy is not conserved
+    if (status == PEND_OK) s->terms->rules = terms->rules; // marks the energy as not conserved
     s->value = status == PEND_OK ? calloc((size_t)s->terms->count + 1, sizeof(double)) : NULL;
     if (status == PEND_OK && !s->value) status = PEND_NO_MEMORY;
     for (int i = 0; status == PEND_OK && i < count; i++)

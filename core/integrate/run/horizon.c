@@ -333,8 +333,8 @@ static void horizon_anew(struct pend_horizon *horizon, double reached, const dou
 
 void pend_horizon_step(struct pend_horizon *horizon, void *stepper, double reached,
                        const double phi[], const double rate[]) {
-    static const double often = 0.7; // used longer than this fraction of its range,
-                                     // a series gives way to a new one
+    static const double often = 0.7; // a series that was used for longer than this
+                                     // fraction of its range is replaced by a new one
     struct pend_series step;
     assert(horizon_valid(horizon));
     if (horizon->lost) return;

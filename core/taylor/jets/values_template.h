@@ -200,7 +200,7 @@ VEC_INLINE void values_pull(const struct jets_system *s, int order, int arms, in
     }
 }
 
-/* the arms from a on of up to VALUES_TOGETHER vectors of instants; `to` is their first row */
+/* computes the arms from a on for up to VALUES_TOGETHER vectors of instants, from row `to` on */
 VEC_INLINE void values_block(const struct jets_system *s, int order, int arms, int a,
                              const double x[], int count, double unit,
                              const struct jets_state *from, const struct jets_values *to,

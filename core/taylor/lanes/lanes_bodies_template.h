@@ -24,7 +24,7 @@ struct lanes_probe {
     num x[DENSE_MAX], y[DENSE_MAX], answer[DENSE_MAX], base_x[DENSE_MAX], base_y[DENSE_MAX];
 };
 
-/* leaves to root, for a unit at arm j: of its moment, or of its kr */
+/* leaves to root, for a unit of the moment or of the kr of arm j */
 VEC_INLINE void lanes_climb(const struct bodies_system *b, int n, int j, int moment,
                             struct lanes_probe *u) {
     num zero = num_of(0);

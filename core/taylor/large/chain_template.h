@@ -305,7 +305,7 @@ VEC_INLINE void chain_known(const struct jets_system *s, const struct chain *cha
     }
 }
 
-/* computes the right-hand sides, and what they contribute to phi'' without the tensions */
+/* computes the right-hand sides, and their contribution to phi'' without the tensions */
 VEC_INLINE void chain_ask(const struct chain *chain) {
     for (int piece = 0; piece < chain->count; piece++) {
         double *at = chain_at(chain, piece);

@@ -44,7 +44,7 @@ VEC_INLINE wide couples_row(const struct jets_loads *loads, enum pend_term_row r
     return x;
 }
 
-/* computes what is known before the first order; requires the rates of order 0 */
+/* computes the values known before the first order; requires the rates of order 0 */
 static void couples_begin(const struct jets_system *s, const struct bodies_moment *now, int order) {
     const struct jets_loads *loads = s->loads;
     double unit = now->unit, square = unit * unit;
@@ -88,7 +88,7 @@ VEC_INLINE void couples_torques(const struct jets_loads *loads, int tile, size_t
     }
 }
 
-/* the forces across an arm from its own torque minus that of its first child */
+/* computes the forces across an arm from its own torque minus that of its first child */
 VEC_INLINE void couples_cross(const struct jets_loads *loads, int tile, size_t row) {
     const double *torque = loads->torque, *near = torque + loads->near[tile].child;
     const int *child = loads->near[tile].child == LOADS_APART ? loads->child : NULL;
@@ -100,7 +100,7 @@ VEC_INLINE void couples_cross(const struct jets_loads *loads, int tile, size_t r
     }
 }
 
-/* adds the forces across of order k due to torques to `cross` */
+/* adds to `cross` the forces across the arms of order k due to torques */
 VEC_INLINE void couples_order(const struct jets_system *s, int k) {
     const struct jets_loads loads = *s->loads;
     size_t order = (size_t)k * COUPLES_ARMS;
@@ -193,7 +193,7 @@ static void couples_haul(const struct jets_system *s, int order) {
     loads_product(force, turn[1] + LOADS_MARGIN, order, loads->pivot_force_y);
 }
 
-/* sums of one order, with the arms of a lane in each */
+/* the sums of one order, one for each lane */
 struct couples_sums {
     wide order[LOADS_ORDERS][COUPLES_ARMS / WIDE];
 };

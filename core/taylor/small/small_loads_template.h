@@ -17,7 +17,7 @@
  * across as well. Rods take 1.4 (one arm) to 1.7 times (6) the time of point masses; with the
  * general kernel 2.7 to 3.6 times. */
 
-/* the address of the forces, or of the forces across, in row i */
+/* the address of the forces, or of the forces across the arms, in row i */
 VEC_INLINE double *SMALL(forces)(const struct jets_system *s, int i, int span) {
     return (LANES == 8 ? s->force + (i - 1) * 8 : s->rate + i * 8 + LANES) + span * VEC_WIDTH;
 }
@@ -169,8 +169,8 @@ VEC_INLINE struct SMALL(pair)
     return answer;
 }
 
-/* computes the forces across of order k from the right-hand side and the rates of order k, and
- * stores them next to the rates of order k + 1 */
+/* computes the forces across the arms of order k from the right-hand side and the rates of order k,
+ * and stores them next to the rates of order k + 1 */
 VEC_INLINE void SMALL(cross)(const struct jets_system *s, const struct SMALL(joints) * joints,
                              int k, const struct SMALL(pair) * question,
                              const struct SMALL(pair) * motion, struct SMALL(pair) * across) {
@@ -355,8 +355,8 @@ VEC_INLINE void SMALL(effort)(const struct jets_system *s, int orders, int order
     }
 }
 
-/* the heat of friction, whose forces are a symmetric form of the rates, so that products of two
- * orders are symmetric */
+/* adds the heat of friction, whose forces are a symmetric form of the rates, so that products of
+ * two orders are symmetric */
 VEC_INLINE void SMALL(waste)(const struct jets_system *s, int order, double *sum) {
     const double *forces = s->loads->loss + LANES;
     for (int k = 0; k < order; k++) {
