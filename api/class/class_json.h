@@ -12,8 +12,8 @@
 enum api_class_kind {
     API_CLASS_ROOM,      /* a new room */
     API_CLASS_PUPIL,     /* a joining pupil */
-    API_CLASS_STAGE,     /* the stage of the class */
-    API_CLASS_OWN_STAGE, /* the stage of a pupil */
+    API_CLASS_STAGE,     /* the pendulum on the stage of all */
+    API_CLASS_OWN_STAGE, /* the pendulum on a pupil's stage */
     API_CLASS_QUESTION,
     API_CLASS_SOLUTION,
     API_CLASS_WORKSHEET,

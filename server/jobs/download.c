@@ -28,10 +28,10 @@ struct download {
     } read;
 
     pthread_mutex_t lock; /* guards the following members; taken before the lock of srv_inflight */
-    struct srv_work *waiting; /* the work that is parked until a piece arrives */
+    struct srv_work *waiting; /* the computation that is parked until a piece arrives */
     int asked;                /* the storage thread is reading a piece */
     int stale;                /* the piece being read is no longer needed */
-    int gone; /* the work has ended; the thread that receives the piece frees the download */
+    int gone; /* the computation has ended; the thread that receives the piece frees the download */
     long part, chunk;       /* the next part and chunk to read */
     enum srv_stored stored; /* the error that ends reading; SRV_STORED = none */
     size_t given;           /* bytes of read.whole that have become pieces */
@@ -171,7 +171,7 @@ static void download_done(struct srv_ask *ask) {
         download->stale = 0;
         download_ask(download);
         if (download->waiting && download_has(download)) {
-            /* the work cannot end while the lock is held */
+            /* the computation cannot end while the lock is held */
             srv_inflight_unpark(download->waiting);
             download->waiting = NULL;
         }

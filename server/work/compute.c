@@ -76,9 +76,9 @@ static int compute_over(struct srv_work *work) {
     return 1;
 }
 
-/* Reserves the memory that the work will hold after its next piece. If the reservation fails, the
- * work ends with 503 (the server is full), 429 (the client holds too much) or 422 (no client may
- * hold so much), and 0 is returned. */
+/* Reserves the memory that the computation will hold after its next piece. If the reservation
+ * fails, the computation ends with 503 (the server is full), 429 (the client holds too much) or 422
+ * (no client may hold so much), and 0 is returned. */
 static int compute_room(struct srv_work *work) {
     struct srv_metrics *metrics = &work->service->metrics;
     size_t bytes = srv_delivery_bytes(work);
@@ -105,7 +105,7 @@ static int compute_room(struct srv_work *work) {
     return 0;
 }
 
-/* Sends the head of the response. Other exchanges that wait for this work get their own
+/* Sends the head of the response. Other exchanges that wait for this computation get their own
  * computations. */
 static void compute_promise(struct srv_work *work) {
     struct srv_list others = {0};
@@ -114,7 +114,7 @@ static void compute_promise(struct srv_work *work) {
     while ((exchange = srv_inflight_next(&others))) compute_push(exchange);
 }
 
-/* Runs one piece of the work. Returns 1 if this worker should continue with it. */
+/* Runs one piece of the computation. Returns 1 if this worker should continue with it. */
 static int compute_piece(struct srv_work *work) {
     int64_t begin = srv_clock_now();
     enum api_progress progress = api_call_run(work->call, &work->out);
@@ -131,8 +131,8 @@ static int compute_piece(struct srv_work *work) {
     return progress != API_WAITS || !work->source->park(work->source, work);
 }
 
-/* Continues with the work unless others wait. If they do, the work goes to the end of its client's
- * lane, and 1 is returned. */
+/* Continues with the computation unless others wait. If they do, the computation goes to the end of
+ * its client's lane, and 1 is returned. */
 static int compute_turn(struct srv_work *work) {
     struct srv_queue *queue = work->service->queue;
     srv_metrics_count(&work->service->metrics.slices, 1);
@@ -155,8 +155,8 @@ static int compute_hurry(void *company) {
 
 /* --- the first turn: reading the request --- */
 
-/* The exchange whose request the work reads. Until srv_inflight_opened is called no other exchange
- * waits for the work. */
+/* The exchange whose request the computation reads. Until srv_inflight_opened is called no other
+ * exchange waits for the computation. */
 static struct srv_exchange *compute_exchange(const struct srv_work *work) {
     return SRV_CONTAINER_OF(work->waiters.next, struct srv_exchange, beside);
 }
@@ -236,7 +236,8 @@ static void compute_foresee(struct srv_work *work) {
     if (answer > SRV_DELIVERY_HOLD) work->foreseen += 2 * SRV_INFLIGHT_BLOCK;
 }
 
-/* Returns the request for api: that of the work's exchange, or that of a stored result's source. */
+/* Returns the request for api: that of the computation's exchange or of a stored result's
+ * source. */
 static struct api_request compute_request(const struct srv_work *work) {
     const struct srv_exchange *exchange = compute_exchange(work);
     const struct srv_source *source = work->source;
@@ -272,7 +273,7 @@ static void compute_flow(struct srv_work *work) {
         if (buffer[i]->limit < API_CALL_STREAM) buffer[i]->limit = API_CALL_STREAM;
 }
 
-/* The first turn of a work. Returns 1 if the work must return to the queue. */
+/* The first turn of a computation. Returns 1 if the computation must return to the queue. */
 static int compute_open(struct srv_work *work) {
     struct srv_queue *queue = work->service->queue;
     int reader = work->task.level == SRV_QUEUE_READ;
@@ -327,7 +328,7 @@ static int compute_run(struct srv_task *task) {
 
 /* --- in and out --- */
 
-/* Answers a work that the queue has refused. */
+/* Answers a computation that the queue has refused. */
 static void compute_refuse(struct srv_work *work, enum pend_status status) {
     struct srv_service *service = work->service;
     struct srv_list taken = {0};

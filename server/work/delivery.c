@@ -22,12 +22,12 @@ size_t srv_delivery_bytes(const struct srv_work *work) {
            (work->source ? work->source->body_bytes : 0);
 }
 
-/* Updates the count of the bytes that a work holds. */
+/* Updates the count of the bytes that a computation holds. */
 static void delivery_hold(struct srv_work *work) {
     srv_hold_set(&work->hold, srv_delivery_bytes(work));
 }
 
-/* --- the end of a work --- */
+/* --- the end of a computation --- */
 
 void srv_delivery_done(struct srv_service *service) { atomic_fetch_sub(&service->computing, 1); }
 

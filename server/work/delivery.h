@@ -10,19 +10,19 @@ enum {
     SRV_DELIVERY_HOLD = 1 << 20
 }; /* bytes of a streamable answer that are held, so that it can be shared and cached */
 
-/* All functions are called by the worker that has the work. */
+/* All functions are called by the worker that has the computation. */
 
-/** Returns the seconds that workers have spent on a work. */
+/** Returns the seconds that workers have spent on a computation. */
 double srv_delivery_seconds(const struct srv_work *work);
 
-/** Returns the bytes that a work holds, including those reserved for its next piece. */
+/** Returns the bytes that a computation holds, including those reserved for its next piece. */
 size_t srv_delivery_bytes(const struct srv_work *work);
 
 /** Counts the end of a computation, for metrics and for a process that drains. */
 void srv_delivery_done(struct srv_service *service);
 
 /**
- * Answers all exchanges that wait for a work, and frees it.
+ * Answers all exchanges that wait for a computation, and frees it.
  *
  * response_body  NULL: the answer is a status without a body.
  * cache          for the log: the reason why it was not computed, or NULL.
@@ -31,11 +31,11 @@ void srv_delivery_done(struct srv_service *service);
 void srv_delivery_release(struct srv_work *work, struct srv_response_body *response_body,
                           const char *cache, int status, const char *detail);
 
-/** Answers all exchanges that wait for a work with 503, and frees it. */
+/** Answers all exchanges that wait for a computation with 503, and frees it. */
 void srv_delivery_fail(struct srv_work *work, const char *detail);
 
-/** Answers all exchanges that wait for a work with the complete answer in work->out, which is
- * cached if permitted; and frees the work. */
+/** Answers all waiting exchanges with the complete answer in work->out, which is cached if
+ * permitted, and frees the computation. */
 void srv_delivery_settle(struct srv_work *work);
 
 /** Returns true if the head of the answer should be sent now, and the rest as a stream. */
@@ -55,6 +55,6 @@ void srv_delivery_promise(struct srv_work *work, struct srv_list *others);
  *
  * ended  0 = more will come, 1 = that was all, -1 = the rest is missing.
  *
- * Returns 1 if the worker should continue. Otherwise the worker no longer owns the work.
+ * Returns 1 if the worker should continue. Otherwise the worker no longer owns the computation.
  */
 int srv_delivery_pass(struct srv_work *work, int ended);

@@ -76,9 +76,9 @@ struct srv_source {
     size_t body_bytes;
     int ranged; /* the client requests a range, to be applied if the answer has not changed */
     struct api_range range;
-    /* Suspends the work until the source is ready; then the work is queued again. Returns 1 if it
-     * is suspended: the caller no longer owns the work. Returns 0 if the source is ready or the
-     * work should stop. */
+    /* Suspends the computation until the source is ready; then the computation is queued again.
+     * Returns 1 if it is suspended: the caller no longer owns the computation. Returns 0 if the
+     * source is ready or the computation should stop. */
     int (*park)(struct srv_source *source, struct srv_work *work);
     void (*free)(struct srv_source *source);
 };

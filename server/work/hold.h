@@ -15,9 +15,9 @@ enum {
 /* Whether more memory may be counted, and if not, why. */
 enum srv_room {
     SRV_ROOM,
-    SRV_ROOM_NONE,   /* the process holds too much now */
-    SRV_ROOM_CLIENT, /* the client holds too much now */
-    SRV_ROOM_NEVER   /* one client may never hold that much */
+    SRV_ROOM_NONE,   /* the process holds too much memory now */
+    SRV_ROOM_CLIENT, /* the client holds too much memory now */
+    SRV_ROOM_NEVER   /* no client may ever hold that much */
 };
 
 struct srv_hold {

@@ -37,7 +37,7 @@ static void inflight_unlock(struct srv_work *work) {
     pthread_mutex_unlock(&work->service->inflight->lock);
 }
 
-/* Lets an exchange wait for a work. The caller holds the lock. */
+/* Lets an exchange wait for a computation. The caller holds the lock. */
 static void inflight_join(struct srv_work *work, struct srv_exchange *exchange) {
     srv_list_append(&work->waiters, &exchange->beside);
     exchange->work = work;
@@ -104,7 +104,7 @@ struct srv_exchange *srv_inflight_next(struct srv_list *taken) {
     return link ? inflight_of_link(link) : NULL;
 }
 
-/* Removes a work from the table, so that no exchange can join it. The caller holds the lock. */
+/* Removes a computation from the table, so that no exchange can join it. The lock is held. */
 static void inflight_unlist(struct srv_work *work) {
     if (work->listed) srv_hash_table_remove(&work->service->inflight->table, &work->node);
     work->listed = 0;
@@ -137,7 +137,7 @@ enum srv_stop srv_inflight_stop(struct srv_work *work) {
     return stop;
 }
 
-/* Moves the exchanges that wait for a work to `taken`. The caller holds the lock. */
+/* Moves the exchanges that wait for a computation to `taken`. The caller holds the lock. */
 static void inflight_take(struct srv_work *work, struct srv_list *taken) {
     SRV_LIST_EACH (link, &work->waiters) inflight_of_link(link)->work = NULL;
     srv_list_move(&work->waiters, taken);
@@ -158,7 +158,7 @@ int srv_inflight_waiters(struct srv_work *work) {
     return count;
 }
 
-/* Removes a work from the queue or from its source, if no worker has it. Returns 1 if it was
+/* Removes a computation from the queue or from its source, if no worker has it. Returns 1 if it was
  * removed. The caller holds the lock. */
 static int inflight_withdraw(struct srv_work *work) {
     int rests = work->parked || work->fetching;
@@ -166,8 +166,8 @@ static int inflight_withdraw(struct srv_work *work) {
     return rests || srv_queue_remove(work->service->queue, &work->task);
 }
 
-/* Removes an exchange from a work. Returns the work if it should end, else NULL. The caller holds
- * the lock. */
+/* Removes an exchange from a computation. Returns the computation if it should end, else NULL. The
+ * caller holds the lock. */
 static struct srv_work *inflight_leave_work(struct srv_work *work, struct srv_exchange *exchange,
                                             enum srv_stop why, int *detached) {
     int alone = work->waiters.next == work->waiters.previous,
@@ -184,8 +184,8 @@ static struct srv_work *inflight_leave_work(struct srv_work *work, struct srv_ex
     return withdrawn ? work : NULL;
 }
 
-/* Removes the reader of a stream. Returns the work if it should end, else NULL. The caller holds
- * the lock. */
+/* Removes the reader of a stream. Returns the computation if it should end, else NULL. The caller
+ * holds the lock. */
 static struct srv_work *inflight_leave_stream(struct srv_work *work, struct srv_exchange *exchange,
                                               enum srv_stop why, int *detached) {
     *detached = work->reader_waits;
@@ -301,8 +301,8 @@ void srv_inflight_unpark(struct srv_work *work) {
     inflight_unlock(work);
 }
 
-/* If the block to send is used up, replaces it by the appended one. Returns 1 if the work rested
- * until then and should go on. The caller holds the lock. */
+/* If the block to send is used up, replaces it by the appended one. Returns 1 if the computation
+ * rested until then and should go on. The caller holds the lock. */
 static int inflight_refill(struct srv_work *work) {
     int rests = work->parked || work->fetching || work->over;
     if (inflight_drained(work) && rests && inflight_chunk(work)->bytes) inflight_swap(work);

@@ -1,8 +1,8 @@
 /* Computations under way, called works: the exchanges that wait for each, exchanges that join one,
- * and the two blocks between a work and the reader of its stream.
+ * and the two blocks between a computation and the reader of its stream.
  * Leaves to others: computing (compute), suspending and resuming a connection (http).
- * Invariant: one lock guards every field of a work that several threads use; a work is freed when
- * no worker, queue or reader has it. */
+ * Invariant: one lock guards every field of a computation that several threads use; a computation
+ * is freed when no worker, queue or reader has it. */
 #pragma once
 
 #include "api/call/call.h"
@@ -15,7 +15,7 @@ enum {
 };
 
 struct srv_work {
-    struct srv_task task; /* first: a task converts to its work */
+    struct srv_task task; /* first: a task converts to its computation */
     struct srv_service *service;
     struct srv_client *account; /* the client that pays for it */
 
@@ -30,7 +30,7 @@ struct srv_work {
     double cost;                  /* s, estimated */
     int64_t queued, begun, spent; /* ns: time queued, time started, duration on workers */
     char etag[SRV_ETAG_BYTES];    /* as in the header field; "" before it is known */
-    char key[SRV_INFLIGHT_KEY];   /* key in the cache and in the table of works */
+    char key[SRV_INFLIGHT_KEY];   /* key in the cache and in the table of computations */
     size_t key_bytes;
     struct srv_hold hold; /* memory held and reserved */
     size_t foreseen;      /* expected bytes of out, coded and ready */
@@ -64,25 +64,25 @@ PEND_MUST_CHECK enum pend_status srv_inflight_new(struct srv_inflight **inflight
 /** Frees the computations; none may be under way. */
 void srv_inflight_free(struct srv_inflight **inflight);
 
-/** Creates a work for an exchange, which waits for it. Returns NULL if memory is short. */
+/** Creates a computation for an exchange, which waits for it. Returns NULL if memory is short. */
 struct srv_work *srv_inflight_begin(struct srv_exchange *exchange);
 
-/** Frees a work without waiting exchanges that no worker, queue or reader has. */
+/** Frees a computation without waiting exchanges that no worker, queue or reader has. */
 void srv_inflight_end(struct srv_work *work);
 
-/** Returns true if the fields of a work that several threads use are consistent; for assertions,
- * under the lock. O(1). */
+/** Returns true if the fields of a computation that several threads use are consistent; for
+ * assertions, under the lock. O(1). */
 int srv_inflight_valid(const struct srv_work *work);
 
 /**
- * Reports that the request was read. The work's key must be set.
+ * Reports that the request was read. The computation's key must be set.
  *
- * Returns 1 if another work computes the same result: the exchange then waits for that work, and
- * the caller ends its own. Otherwise returns 0, and other exchanges may join this work.
+ * Returns 1 if another computation has the same result: the exchange then waits for that one, and
+ * the caller ends its own. Otherwise returns 0, and other exchanges may join this computation.
  */
 int srv_inflight_opened(struct srv_work *work);
 
-/** Returns the reason why the work should stop. */
+/** Returns the reason why the computation should stop. */
 enum srv_stop srv_inflight_stop(struct srv_work *work);
 
 /** Removes and returns the first exchange of a list from srv_inflight_take; NULL if it is empty. */
@@ -97,14 +97,14 @@ struct srv_exchange *srv_inflight_next(struct srv_list *taken);
  * detached  out: 1 if the caller must call the exchange's `finish`, and answer it unless it reads a
  *           stream; 0 if the worker does, or if the connection does not wait for it.
  *
- * Returns the work if no exchange is left and no worker has it: then the caller ends it. Otherwise
- * the worker stops it.
+ * Returns the computation if no exchange is left and no worker has it: then the caller ends it.
+ * Otherwise the worker stops it.
  */
 struct srv_work *srv_inflight_leave(struct srv_exchange *exchange, enum srv_stop why,
                                     int *detached);
 
-/** Returns why the client of an exchange without a work no longer waits, or SRV_GO_ON. Any thread,
- * until the exchange's `finish` is called. */
+/** Returns why the client of an exchange without a computation no longer waits, or SRV_GO_ON. Any
+ * thread, until the exchange's `finish` is called. */
 enum srv_stop srv_inflight_left(const struct srv_exchange *exchange);
 
 /* --- streams --- */
@@ -119,31 +119,30 @@ enum srv_stop srv_inflight_left(const struct srv_exchange *exchange);
  */
 struct srv_exchange *srv_inflight_stream(struct srv_work *work, struct srv_list *others);
 
-/** Returns the number of exchanges that wait for a work. */
+/** Returns the number of exchanges that wait for a computation. */
 int srv_inflight_waiters(struct srv_work *work);
 
 /** Returns true if the reader has no bytes to send now. */
 int srv_inflight_hungry(struct srv_work *work);
 
 /**
- * Passes the bytes that a work has appended to its reader. Called by the worker that has the work.
+ * Passes the bytes that a computation has appended to its reader. Called by the worker that has the
+ * computation. ended  0 = more will come, 1 = that was all, -1 = the rest is missing.
  *
- * ended  0 = more will come, 1 = that was all, -1 = the rest is missing.
+ * over   out: 1 if the computation has ended.
  *
- * over   out: 1 if the work has ended.
- *
- * Returns 1 if the worker should continue. Otherwise the worker no longer owns the work: it waits
- * for its reader, or has ended and may be freed.
+ * Returns 1 if the worker should continue. Otherwise the worker no longer owns the computation: it
+ * waits for its reader, or has ended and may be freed.
  */
 int srv_inflight_pass(struct srv_work *work, int ended, int *over);
 
-/** Suspends a work until its source is ready. Returns 1 if it is suspended: the worker no longer
- * owns it, and another thread may end it. Returns 0 if the work should stop: the worker
- * continues. */
+/** Suspends a computation until its source is ready. Returns 1 if it is suspended: the worker no
+ * longer owns it, and another thread may end it. Returns 0 if the computation should stop: the
+ * worker continues. */
 int srv_inflight_park(struct srv_work *work);
 
-/** Queues a work suspended by srv_inflight_park; no effect if it is not suspended any more. Any
- * thread; the work must not have ended. */
+/** Queues a computation suspended by srv_inflight_park; no effect if it is not suspended any more.
+ * Any thread; the computation must not have ended. */
 void srv_inflight_unpark(struct srv_work *work);
 
 /**

@@ -34,10 +34,10 @@ enum srv_coding srv_result_code(struct srv_work *work, const char *media_type);
 struct srv_response_body *srv_result_response_body(struct srv_work *work, struct api_answer answer,
                                                    enum srv_coding coding, struct api_buffer *body);
 
-/** Sets a work's ETag and key, which differ for different answers and codings. A refused request
- * has none. */
+/** Sets a computation's ETag and key, which differ for different answers and codings. A refused
+ * request has none. */
 void srv_result_key(struct srv_work *work, enum srv_coding coding);
 
-/** Looks up the answer of a work's key in the cache; compresses it if only the plain form is
+/** Looks up the answer of a computation's key in the cache; compresses it if only the plain form is
  * cached. Returns NULL if there is none. */
 struct srv_response_body *srv_result_find(struct srv_work *work);

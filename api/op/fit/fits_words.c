@@ -83,7 +83,7 @@ static int end_follows(const struct api_fit *fit, const struct pend_fit_result *
                          r->iterations >= fit->iterations ? ", more \"iterations\"" : "");
 }
 
-/* finds the mode whose frequency has the largest relative error; 0 = all are reached */
+/* finds the mode whose frequency has the largest relative error; 0 if all errors are small */
 static int end_mode(const struct api_fit *fit, const struct pend_fit_result *r, double *off,
                     double *asked) {
     int mode = 0;
