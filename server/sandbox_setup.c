@@ -71,7 +71,7 @@ static enum pend_status sandbox_places(struct srv_sandbox_files *files,
     if (strcmp(config->log, "-")) srv_sandbox_add_around(files, SRV_SANDBOX_WRITE, config->log);
     if (strcmp(config->audit_log, "-") && strcmp(config->audit_log, "none"))
         srv_sandbox_add_around(files, SRV_SANDBOX_WRITE, config->audit_log);
-    /* these are read again, and may be replaced meanwhile */
+    /* the server reads these files again, and they may be replaced meanwhile */
     const char *const again[] = {config->keys, config->store_file};
     for (size_t i = 0; i < sizeof again / sizeof *again; i++)
         if (strcmp(again[i], "none")) srv_sandbox_add_around(files, SRV_SANDBOX_READ, again[i]);

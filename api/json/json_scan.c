@@ -25,7 +25,7 @@ static_assert(sizeof(cJSON) <= COST_NODE, "a node takes no more than the scan co
 /* an array or object that is open */
 struct scan_frame {
     cJSON *node; /* NULL while `pure` */
-    cJSON *last; /* its last child, or NULL */
+    cJSON *last; /* the last child of `node`, or NULL */
     int object;
     int pure;     /* whether it is an array that has contained only numbers so far */
     size_t first; /* index of its first number (while pure) or key */

@@ -30,7 +30,7 @@ struct decimal17 {
     int exponent;
 };
 
-/* the same, with the digits as characters */
+/* a decimal17 whose digits are characters */
 struct digits17 {
     digits16 front; /* d1 to d16 */
     unsigned last;  /* d17 */

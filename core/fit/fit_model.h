@@ -17,7 +17,7 @@ struct fit_model_pair {
 struct fit_model {
     const struct pend_fit_problem *problem;
     int parameters;                   /* number of unknowns of the pendulum and the start */
-    struct pend_parameter *parameter; /* those unknowns as parameters */
+    struct pend_parameter *parameter; /* these unknowns as parameters */
     int *place;                       /* index of each unknown among the parameters; -1 = none */
     struct fit_model_pair *pair;      /* the measured rows of a run, in the order of time */
     long *first;                      /* for each instant of the run, its first pair */

@@ -154,7 +154,7 @@ PEND_MUST_CHECK enum pend_status pend_fit_check(const struct pend_fit_problem *p
 /* One of several motions as a problem of its own, whose solution is only a start. */
 struct fit_alone {
     struct pend_fit_problem problem;
-    int run;   /* its index in the whole problem */
+    int run;   /* the motion's index in the whole problem */
     int *from; /* for each unknown its index in the whole problem */
 };
 

@@ -11,7 +11,7 @@
 struct orbit_map {
     int n, most, count;       /* arms; capacity for parameters; parameters of the last map */
     double *phi, *rate, *acc; /* rad, rad/s, rad/s^2 at the end */
-    double *phi_by, *rate_by; /* their derivatives, with respect to the parameters */
+    double *phi_by, *rate_by; /* derivatives of phi and rate with respect to the parameters */
     double energy;            /* J, energy at the start */
     double *energy_by;        /* count derivatives of the energy */
     /* state of a running map */

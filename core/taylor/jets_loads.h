@@ -137,7 +137,7 @@ static inline int jets_loads_bodies(const struct pend_terms *terms) {
  * they support only point masses. O(1). */
 static inline int jets_loads_suit(const struct pend_tree *tree, const struct pend_terms *terms) {
     if (tree->n > 8) return jets_loads_known(terms);
-    struct pend_terms points = *terms; // the same terms with masses at the tips and without drag
+    struct pend_terms points = *terms; // `terms` with masses at the tips and without drag
     points.one[PEND_TERM_DRAG_PER_MASS] = -1;
     // an input of a piece is a torque too; its work and heat are known if the pivot is at rest
     if (terms->one[PEND_TERM_DRAG_PER_MASS] < 0 && terms->one[PEND_TERM_PIVOT_ACCELERATION_X] < 0 &&

@@ -30,7 +30,7 @@ struct srv_log_audit_entry {
     const char *who;     /* key, token, account, address; "operator" runs the process */
     const char *role;    /* of the client; "" = none */
     const char *what;    /* the action: "DELETE /v1/jobs/{id}", "keys" */
-    const char *of;      /* its object, such as a job's id or a number of keys; NULL = none */
+    const char *of;      /* object of the action, such as a job's id; NULL = none */
     int status;          /* HTTP status; 0 = not a request */
     const char *outcome; /* "done", "refused" or "failed" */
 };

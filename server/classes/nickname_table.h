@@ -7,7 +7,7 @@
 
 /* A character that does not fold to itself. */
 struct srv_nickname_row {
-    unsigned code, at; /* its fold is the text at srv_nickname_text + at, UTF-8 */
+    unsigned code, at; /* the character's fold is the text at srv_nickname_text + at, UTF-8 */
 };
 
 extern const struct srv_nickname_row srv_nickname_rows[];

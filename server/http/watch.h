@@ -27,7 +27,7 @@ enum srv_watch_phase {
                           * closed */
     SRV_WATCH_WAITING,   /* a request is computed: libmicrohttpd does not notice a disconnect */
     SRV_WATCH_SENDING,   /* an answer is being sent: at the deadline the connection is closed */
-    SRV_WATCH_STREAMING, /* the same, while the rest of the answer is still being computed */
+    SRV_WATCH_STREAMING, /* an answer is being sent while the rest of it is still computed */
     SRV_WATCH_LISTENING  /* a stream of events is open: the client is checked rarely */
 };
 
@@ -41,8 +41,8 @@ struct srv_watched {
     struct srv_list link;
     enum srv_watch_phase phase;
     int64_t deadline;     /* ns of srv_clock_now, 0 = none */
-    int64_t since;        /* ns: when it became idle */
-    atomic_int late;      /* its request missed the deadline */
+    int64_t since;        /* ns: when the client became idle */
+    atomic_int late;      /* the client's request missed the deadline */
     atomic_int relayed;   /* the connection is a proxy's; set by the owner */
     atomic_int *siblings; /* number of connections of its address; NULL = never closed for others;
                            * set by the owner */

@@ -24,7 +24,7 @@ struct srv_key {
     char digest[API_DIGEST_BYTES];
     enum srv_role role;
     int64_t made, expires, revoked;
-    struct srv_limits limits; /* its own limits; an unset one is that of the role */
+    struct srv_limits limits; /* limits of the key; an unset one is that of the role */
 };
 
 /* All keys of a server, and the limits of the roles. */

@@ -60,8 +60,8 @@ typedef enum srv_stored srv_row_fn(void *context, const struct srv_value field[]
 
 /* The roles of a connection's process, bits; 0 = unknown. */
 enum {
-    SRV_SQL_WORKS = 1,   /* it computes parts of jobs */
-    SRV_SQL_ANSWERS = 2, /* it answers requests; worker processes leave connections free for it */
+    SRV_SQL_WORKS = 1,   /* the process computes parts of jobs */
+    SRV_SQL_ANSWERS = 2, /* the process answers requests; worker processes leave it connections */
     SRV_SQL_BESIDE = 4   /* an additional connection of its process */
 };
 

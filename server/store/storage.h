@@ -19,7 +19,7 @@ enum srv_ask_kind {
  * waits. */
 struct srv_asker {
     struct {
-        struct srv_turns_lane lane; /* its waiting queries */
+        struct srv_turns_lane lane; /* the client's waiting queries */
         struct srv_turns_road road; /* the queries of all clients with this origin */
     } at[SRV_ASK_KINDS];
     struct srv_asker *origin; /* its address; NULL = itself */

@@ -22,7 +22,7 @@ enum {
     SRV_SMALL_US = 5000,          /* most us of a small part, by its estimate */
     SRV_CLAIM_US = 20000,         /* most us of all small parts of a claim */
     SRV_ROW_BYTES = 1024,   /* bytes counted for a job or scene besides its request and results */
-    SRV_PART_BYTES = 256,   /* the same for each part of a job after the first */
+    SRV_PART_BYTES = 256,   /* bytes counted for each part of a job after the first */
     SRV_LIST_LOOKED = 1000, /* jobs that one call of a list examines */
     SRV_RANK_TIMES = 64,    /* newer jobs may overtake a short job for this multiple of its
                              * computation time */

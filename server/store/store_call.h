@@ -51,7 +51,7 @@ struct srv_store {
         int64_t from; /* us: all jobs that expired earlier are deleted, except those locked by other
                          processes */
         int64_t seen; /* us by the store's clock at the last sweep; 0 = none yet */
-        int64_t seen_ns; /* the same by the monotonic clock */
+        int64_t seen_ns; /* the same instant by the monotonic clock, ns */
         int64_t hold_ns; /* no job expires before this instant of the monotonic clock */
     } expiry;
 };

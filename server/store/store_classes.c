@@ -80,7 +80,7 @@ static enum srv_stored class_refuse(struct srv_class_put *put, enum srv_class_wh
 struct class_there {
     const char *code;
     int rows;
-    struct srv_class_item item; /* its body is malloc'ed */
+    struct srv_class_item item; /* the item's body is malloc'ed */
 };
 
 /* reads an item of a room. SRV_STORED_DAMAGED: its checksum is wrong */

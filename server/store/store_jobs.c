@@ -34,7 +34,7 @@ enum srv_stored srv_store_condemn(struct srv_store *store, struct srv_job *job) 
     SRV_STORED_TRY(SRV_RUN(store, SQL_JOB_CONDEMN, NULL, NULL, job->id, job->client, job->operation,
                            job->message, job->created, job->finished, job->expires, job->held,
                            srv_value_bytes("", 0), srv_value_bytes(seal, sizeof seal)));
-    /* its parts and results are deleted later, in steps */
+    /* the job's parts and results are deleted later, in steps */
     SRV_STORED_TRY(SRV_RUN(store, SQL_REMOVAL_PUT, NULL, NULL, job->id, job->client, 0));
     store->tally.ring |= SRV_RING_STOP | SRV_RING_ENDS;
     /* the numbers of a damaged row cannot be subtracted from the sums */

@@ -28,7 +28,7 @@ enum {
 /* The sums of one client. */
 struct srv_tally_client {
     char name[SRV_NAME_BYTES];
-    char source[SRV_NAME_BYTES]; /* its address or account; "" = unknown */
+    char source[SRV_NAME_BYTES]; /* address or account of the client; "" = unknown */
     int known;                   /* `jobs_were` and the following members are read */
     int64_t jobs_were, bytes_were, scenes_were, scene_bytes_were; /* before this transaction */
     /* changes: open jobs, jobs with claimable parts, turns, bytes, scenes */
@@ -39,7 +39,7 @@ struct srv_tally_client {
 /* The changes of one transaction; initialized with {.sql, .place}. */
 struct srv_tally {
     struct srv_sql *sql;
-    int place; /* this connection's row of the totals */
+    int place; /* the connection's row of the totals */
     int count, known;
     int ring;                    /* notifications: SRV_RING_ bits */
     char source[SRV_NAME_BYTES]; /* the source whose sums were last read; "" = none */

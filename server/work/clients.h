@@ -23,7 +23,7 @@ struct srv_bucket {
 /* Actions in classrooms, each with its own rate limit. */
 enum srv_pace {
     SRV_PACE_ROOMS,  /* creating rooms */
-    SRV_PACE_JOINS,  /* pupils who join */
+    SRV_PACE_JOINS,  /* joining rooms */
     SRV_PACE_MISSES, /* requests with unknown room codes */
     SRV_PACE_TRIES,  /* all requests with room codes, after too many unknown ones */
     SRV_PACE_WRITES, /* writing items */
@@ -39,7 +39,7 @@ struct srv_client {
     int users;
     struct srv_client *source;  /* the record of its address or account, which may be itself; while
                                  * used */
-    struct srv_bucket own, all; /* its own requests, and those of all clients with the same
+    struct srv_bucket own, all; /* the client's requests, and those of all clients with the same
                                  * source */
     struct srv_bucket seconds;  /* s of computation available; negative: seconds of debt */
     atomic_llong share;         /* bytes that its role may hold; 0 = the server's own limit */

@@ -12,8 +12,8 @@ enum {
     COMPUTE_LONG_BODY = 1 << 18, /* bytes of a body from which reading it counts as long */
     COMPUTE_REFUSE_COST = 3,  /* a request is refused if its estimate exceeds max-compute-seconds by
                                * this factor, the error of estimates */
-    COMPUTE_REFUSE_STEPS = 30 /* the same factor for the number of steps, which the computation also
-                               * checks itself */
+    COMPUTE_REFUSE_STEPS = 30 /* the same factor for the estimated steps, which the computation also
+                               * checks */
 };
 
 /* seconds of computation from which a request belongs to the next level of the queue */

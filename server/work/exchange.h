@@ -95,7 +95,7 @@ struct srv_exchange {
     struct srv_client *account;   /* the client's record; NULL if the route needs none */
     struct srv_client
         *payer; /* the record of the client's address, which pays for memory; NULL before */
-    char target[SRV_TARGET_BYTES]; /* as received */
+    char target[SRV_TARGET_BYTES]; /* the target as received */
     const char *path, *query;      /* parts of the target: decoded path; query or NULL */
     const char *host; /* the requested host: of an absolute target, else of Host; NULL = none */
     int probes; /* received by the listener of probes and metrics, which serves nothing else */

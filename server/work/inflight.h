@@ -35,7 +35,7 @@ struct srv_work {
     struct srv_hold hold; /* memory held and reserved */
     size_t foreseen;      /* expected bytes of out, coded and ready */
     size_t ready_cap;     /* bytes of `ready`, as last seen by the worker */
-    int promised;         /* it is a stream */
+    int promised;         /* the response is a stream */
 
     /* under the lock */
     struct srv_list waiters; /* exchanges, first come first */
@@ -45,8 +45,8 @@ struct srv_work {
     struct srv_hash_node node;   /* by `key`, while it is listed */
     struct srv_exchange *reader; /* of the stream */
     int reader_waits;            /* suspended, until the next block */
-    int parked;                  /* it waits for its reader */
-    int fetching;                /* it waits for its source */
+    int parked;                  /* the computation waits for its reader */
+    int fetching;                /* the computation waits for its source */
     int over;                    /* neither a worker nor the queue has it */
     int ended;                   /* 1 = complete, -1 = broken */
     struct api_buffer ready;     /* the block that is being sent */

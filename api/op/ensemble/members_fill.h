@@ -38,7 +38,7 @@ struct api_members {
     int on_energy;         /* whether some members start with a given energy */
     double energy;         /* J, for members without an energy of their own; NaN = none */
     int shown;             /* number of term values that vary */
-    int *shown_place;      /* their indices in the list of terms */
+    int *shown_place;      /* indices of these values in the list of terms */
     uint64_t seed;
     const struct pend_terms *terms; /* of the pendulum; NULL if it is ideal; not owned */
 };

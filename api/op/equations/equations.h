@@ -34,7 +34,7 @@ enum {
 enum api_equations_form {
     API_EQUATIONS_LATEX,  /* a formula in the letters of the paper, plain amsmath */
     API_EQUATIONS_MATLAB, /* functions for M, phidd (aaa) and lambda (bbb); ode45 and two plots */
-    API_EQUATIONS_PYTHON, /* the same in Python; the functions need NumPy, the program SciPy and
+    API_EQUATIONS_PYTHON, /* these functions in Python; they need NumPy, the program SciPy and
                            * Matplotlib */
     API_EQUATIONS_CURL    /* a shell command that requests the motion from this server */
 };

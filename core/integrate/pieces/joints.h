@@ -10,7 +10,7 @@
 
 /* A motion in pieces between two pieces. */
 struct pend_piece {
-    const struct pend_problem *problem; /* its list of numbers is `value` */
+    const struct pend_problem *problem; /* the list of its numbers is `value` */
     const struct pend_rules *rules;
     double *value; /* the numbers of the current piece */
     int way;       /* +1 or -1: the direction of time */

@@ -164,7 +164,7 @@ static void lanes_tips(const struct lanes_loads *x, int order) {
 /** Returns non-zero if lanes_bodies supports the terms: those of lanes_orders, with masses other
  * than points at tips or arms attached elsewhere. O(1). */
 static inline int lanes_bodies_known(const struct pend_terms *terms) {
-    struct pend_terms points = *terms; // the same terms with masses at the tips
+    struct pend_terms points = *terms; // `terms` with masses at the tips
     int shaped = 0;
     for (int r = 0; r < PEND_TERM_ROWS; r++) {
         if (!jets_loads_shape(r)) continue;

@@ -12,7 +12,7 @@ static const double RODS_MASSES = 256, RODS_POINT = 0.125;
 static const double RODS_LEAST = 0x1p-900;
 
 int pend_rods_known(const struct pend_tree *tree, const struct pend_terms *terms) {
-    struct pend_terms points = *terms; // the same terms with masses at the tips
+    struct pend_terms points = *terms; // `terms` with masses at the tips
     int shaped = 0;
     if (tree->n <= CHAIN_ARMS || terms->row[PEND_TERM_AT_X] >= 0) return 0;
     for (int k = 1; k < tree->n; k++)
