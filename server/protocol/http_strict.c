@@ -168,7 +168,7 @@ static void strict_name_end(struct srv_http_strict *strict) {
             strict->field = strict_fields[i].field;
     strict_go(strict, SRV_STRICT_BEFORE_VALUE);
     if (strict->field == STRICT_HOST)
-        strict_once(strict, &strict->hosts, "there are two header fields Host");
+        strict_once(strict, &strict->hosts, "there are two Host header fields");
     if (strict->field == STRICT_CODING)
         strict_once(strict, &strict->codings, "there are two header fields Transfer-Encoding");
     if (strict->field == STRICT_LENGTH)

@@ -58,8 +58,8 @@ export default {
   "map.intro":
     "Jeder Punkt ist dieses Pendel mit zwei anderen Zahlen, vom gleichen Start: Die Karte zeigt Resonanz, Stabilität auf dem Kopf und den Beginn des Chaos. Ein Klick übernimmt den Punkt.",
   "map.label": "Karte zweier Zahlen: Pfeile bewegen das Kreuz, Eingabe stellt seine Zahlen ein",
-  "map.across": "Nach rechts",
-  "map.up": "Nach oben",
+  "map.across": "Waagerechte Achse",
+  "map.up": "Senkrechte Achse",
   "map.what": "Farbe zeigt",
   "map.two": "Die Karte braucht zwei verschiedene Parameter.",
   "map.theta": "θ von Arm {arm}",

@@ -58,8 +58,8 @@ export default {
   "map.intro":
     "Cada punto es este péndulo con otros dos números, desde el mismo comienzo: resonancia, lo que mantiene un péndulo cabeza abajo, dónde empieza el caos. Un clic en un punto los toma.",
   "map.label": "Mapa de dos números: las flechas mueven la cruz, Intro toma sus números",
-  "map.across": "En horizontal",
-  "map.up": "En vertical",
+  "map.across": "Eje horizontal",
+  "map.up": "Eje vertical",
   "map.what": "El color muestra",
   "map.two": "El mapa necesita dos parámetros distintos.",
   "map.theta": "θ del brazo {arm}",

@@ -59,8 +59,8 @@ export default {
   "map.intro":
     "Chaque point est ce pendule avec deux autres nombres, depuis le même départ : résonance, ce qui tient un pendule la tête en bas, où le chaos commence. Un clic sur un point les reprend.",
   "map.label": "Carte de deux nombres : les flèches déplacent la croix, Entrée prend ses nombres",
-  "map.across": "En abscisse",
-  "map.up": "En ordonnée",
+  "map.across": "Axe horizontal",
+  "map.up": "Axe vertical",
   "map.what": "La couleur montre",
   "map.two": "La carte a besoin de deux paramètres différents.",
   "map.theta": "θ du bras {arm}",

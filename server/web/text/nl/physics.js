@@ -59,8 +59,8 @@ export default {
   "map.intro":
     "Elk punt is deze slinger met twee andere getallen, vanuit dezelfde start: resonantie, wat een slinger ondersteboven houdt, waar chaos begint. Klik op een punt om ze over te nemen.",
   "map.label": "Kaart van twee getallen: pijlen bewegen het kruis, Enter neemt de getallen over",
-  "map.across": "Horizontaal",
-  "map.up": "Verticaal",
+  "map.across": "Horizontale as",
+  "map.up": "Verticale as",
   "map.what": "Kleur toont",
   "map.two": "De kaart heeft twee verschillende parameters nodig.",
   "map.theta": "θ van arm {arm}",

@@ -57,8 +57,8 @@ export default {
   "map.intro":
     "Her nokta, aynı başlangıçtan, iki sayısı başka olan bu sarkaçtır: rezonans, sarkacı baş aşağı tutan şey, kaosun başladığı yer. Almak için bir noktaya tıklayın.",
   "map.label": "İki sayının haritası: oklar artıyı oynatır, Enter sayılarını alır",
-  "map.across": "Yatay",
-  "map.up": "Dikey",
+  "map.across": "Yatay eksen",
+  "map.up": "Dikey eksen",
   "map.what": "Renk şunu gösterir",
   "map.two": "Harita için iki farklı parametre gerekir.",
   "map.theta": "Kol {arm}, θ",
