@@ -32,7 +32,7 @@ struct ideal_known {
     double *acc_re, *acc_im;
     double *table;             /* 2 IDEAL_DENSE rows: responses of accelerations and forces to unit
                                 * loads */
-    double gravity;            /* gravity in units of time */
+    double gravity;            /* gravity, with time in units of the series */
     double unit, square;       /* s, the unit of time; its square */
     struct jets_system system; /* the system of order 0; only arrays of the factorization are
                                 * used */

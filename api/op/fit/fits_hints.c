@@ -18,7 +18,7 @@ static const double hints_taken = 0.7, hints_explained = 0.9, hints_far = 30;
 
 enum { HINT_ITERATIONS = 40, HINT_TEXT = 400 };
 
-/* tries that change the data; the fixed numbers follow, one by one */
+/* changes of the data to try; from HINT_HELD on, each fixed number is released in turn */
 enum hint {
     HINT_UNIT,
     HINT_ZERO,

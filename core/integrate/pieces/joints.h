@@ -8,7 +8,7 @@
 #include "core/integrate/pieces/stuck.h"
 #include "core/tree/rules.h"
 
-/* A motion in pieces between two pieces. */
+/* A motion in pieces, at the boundary of two pieces. */
 struct pend_piece {
     const struct pend_problem *problem; /* the list of its numbers is `value` */
     const struct pend_rules *rules;
