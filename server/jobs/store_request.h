@@ -16,7 +16,7 @@ struct srv_store_request_words {
 };
 
 struct srv_store_request {
-    struct srv_ask ask; /* first, because an ask is converted to its store request */
+    struct srv_ask ask; /* first, because a query is converted to its store request */
     struct srv_task task;
     const struct srv_store_request_words *words;
     struct srv_exchange *exchange;

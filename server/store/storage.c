@@ -50,14 +50,14 @@ struct srv_storage {
     struct srv_asker own; /* for queries of the process itself */
     int over;
     struct srv_store_figures figures;
-    int count;       /* number of desks; 1 in a worker process, which has one connection */
-    int wake;        /* an eventfd that ends the wait of a single desk */
+    int count;       /* number of threads; 1 in a worker process, which has one connection */
+    int wake;        /* an eventfd that ends the wait of the only thread */
     atomic_int away; /* connections that cannot reach the store */
     struct storage_desk desk[THREADS]; /* writers, readers, the listener, those for files */
 };
 
-/* Records whether the store answered a desk. Logs when the first desk loses the store, and when all
- * have it back. */
+/* Records whether the store answered a thread. Logs when the first thread loses the store, and when
+ * all have it back. */
 static void storage_note(struct storage_desk *desk, enum srv_stored stored) {
     struct srv_storage *storage = desk->storage;
     int away = stored == SRV_STORED_AWAY || stored == SRV_STORED_BROKEN;
@@ -75,7 +75,7 @@ static struct srv_turns_road *storage_road(struct srv_asker *asker, enum srv_ask
     return &(asker->origin ? asker->origin : asker)->at[kind].road;
 }
 
-/* removes the next ask in turn from its line; NULL if none waits. The caller holds the lock */
+/* removes the next query in turn from its line; NULL if none waits. The caller holds the lock */
 static struct srv_ask *storage_next(struct srv_storage *storage, enum srv_ask_kind kind) {
     struct srv_list *link = srv_turns_next(&storage->line[kind].turns);
     if (!link) return NULL;
@@ -84,7 +84,7 @@ static struct srv_ask *storage_next(struct srv_storage *storage, enum srv_ask_ki
     return ask;
 }
 
-/* waits for an ask or a notification on a single desk's connection, without the lock */
+/* waits for a query or a notification on the only thread's connection, without the lock */
 static void storage_hear(struct storage_desk *desk, int64_t until) {
     struct srv_storage *storage = desk->storage;
     assert(storage->count == 1 && desk->kind == SRV_ASK_WRITE);
@@ -97,8 +97,8 @@ static void storage_hear(struct storage_desk *desk, int64_t until) {
     pthread_mutex_lock(&storage->lock);
 }
 
-/* takes up to `most` asks of a desk's line; if there are none, waits until the given time. Returns
- * their number */
+/* takes up to `most` queries of a thread's line; if there are none, waits until the given time.
+ * Returns their number */
 static int storage_take(struct storage_desk *desk, int most, int64_t until,
                         struct srv_store_call *call[]) {
     struct srv_storage *storage = desk->storage;
@@ -175,7 +175,7 @@ static int storage_done(struct srv_storage *storage, enum srv_ask_kind kind) {
     return done;
 }
 
-/* Rate-limits the notifications of a desk, by kind. Notifications of work become rarer with the
+/* Rate-limits the notifications of a thread, by kind. Notifications of work become rarer with the
  * number of workers, because each worker also polls at a random time. PostgreSQL wakes every
  * listening connection, whatever its channel; all notifications of ended jobs together therefore
  * wake at most RING_WAKES connections per second. */

@@ -22,14 +22,14 @@ struct srv_asker {
         struct srv_turns_lane lane; /* the client's waiting queries */
         struct srv_turns_road road; /* the queries of all clients with this origin */
     } at[SRV_ASK_KINDS];
-    struct srv_asker *origin; /* its address; NULL = itself */
+    struct srv_asker *origin; /* the client's address; NULL = the client itself */
 };
 
 /* A query to the store. It is part of its owner's struct, so that queueing allocates nothing. */
 struct srv_ask {
     struct srv_store_call call; /* first: `run`, and afterwards `stored` */
     void (*done)(
-        struct srv_ask *ask); /* called on a storage thread; must be short, may free the ask */
+        struct srv_ask *ask); /* called on a storage thread; must be short; may free the query */
     struct srv_asker *asker;  /* the client whose turn it takes; NULL = the process itself */
     struct srv_list link;     /* used by the storage */
 };
