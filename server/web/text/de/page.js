@@ -217,8 +217,7 @@ export default {
     "Dieser Browser merkt sich nichts für diese Seite: Was gewählt ist, gilt, solange dieser Tab offen ist.",
   "failure.page":
     "In der Seite ist etwas schiefgegangen. Wenn es nicht weitergeht, bitte neu laden.",
-  "offline.kept":
-    "Diese Seite funktioniert auch offline: Alles Nötige ist in diesem Browser gespeichert.",
+  "offline.kept": "Diese Seite geht auch offline: Alles Nötige ist in diesem Browser gespeichert.",
   "offline.coming": "Die Seite wird gerade für die Offline-Nutzung gespeichert.",
   "offline.none":
     "Ohne Netz lässt sich diese Seite nicht öffnen: Der Browser speichert nur Seiten mit https-Adressen und solche dieses Geräts.",

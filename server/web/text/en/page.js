@@ -65,8 +65,7 @@ export default {
   "arm.length.unit": "Length in {unit}",
   "arm.mass.unit": "Mass in {unit}",
   "arm.angle.unit": "Initial angle in {unit}, from the downward vertical, counterclockwise",
-  "arm.angle.hint":
-    "θ: from the downward vertical, counterclockwise; 90° is horizontal, to the right",
+  "arm.angle.hint": "θ: from the vertical, counterclockwise; 90° is horizontal, to the right",
   "arm.rate.unit": "Initial angular velocity in {unit}",
   "arm.gravity.unit": "Gravity in {unit}",
   "arm.wrong": "{what}: this is not a number",

@@ -25,8 +25,7 @@ export default {
   "physics.group.masses": "Distribution of mass",
   "physics.group.motor": "Motor in the joint",
   "physics.group.shaking": "Oscillating pivot",
-  "physics.hint.motor":
-    "The motor turns the arm back and forth relative to the arm that carries it.",
+  "physics.hint.motor": "The motor turns the arm back and forth relative to its parent arm.",
   "physics.gravity": "Gravity",
   "physics.damping": "Viscous friction",
   "physics.dry": "Dry friction",

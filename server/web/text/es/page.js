@@ -207,8 +207,7 @@ export default {
   "failure.storage":
     "Este navegador no guarda nada para esta página: lo elegido dura mientras esta pestaña esté abierta.",
   "failure.page": "Algo ha ido mal en la página. Si no continúa, recárgala.",
-  "offline.kept":
-    "Esta página también funciona sin conexión: todo lo necesario está guardado en este navegador.",
+  "offline.kept": "Esta página funciona sin conexión: todo está guardado en este navegador.",
   "offline.coming": "La página se está guardando para usarla sin conexión.",
   "offline.none":
     "Esta página no se puede abrir sin conexión: el navegador solo guarda páginas con https o de este equipo.",

@@ -25,8 +25,7 @@ export default {
   "physics.group.masses": "Distribución de la masa",
   "physics.group.motor": "Motor en la articulación",
   "physics.group.shaking": "Pivote oscilante",
-  "physics.hint.motor":
-    "El motor gira el brazo a un lado y a otro respecto al brazo que lo sostiene.",
+  "physics.hint.motor": "El motor gira el brazo a un lado y a otro respecto al brazo anterior.",
   "physics.gravity": "Gravedad",
   "physics.damping": "Rozamiento viscoso",
   "physics.dry": "Rozamiento seco",

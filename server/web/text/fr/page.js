@@ -207,8 +207,7 @@ export default {
   "failure.storage":
     "Ce navigateur ne conserve rien pour cette page : ses choix durent tant que cet onglet est ouvert.",
   "failure.page": "Quelque chose a mal tourné dans la page. Si elle s’arrête là, rechargez-la.",
-  "offline.kept":
-    "Cette page fonctionne aussi hors ligne : tout le nécessaire est enregistré dans ce navigateur.",
+  "offline.kept": "Cette page marche aussi hors ligne : tout est enregistré dans ce navigateur.",
   "offline.coming": "La page est en cours d’enregistrement pour une utilisation hors ligne.",
   "offline.none":
     "Cette page ne s’ouvre pas hors ligne : le navigateur n’enregistre que les pages en https ou de cette machine.",

@@ -25,8 +25,7 @@ export default {
   "physics.group.masses": "Répartition de la masse",
   "physics.group.motor": "Moteur dans l’articulation",
   "physics.group.shaking": "Pivot oscillant",
-  "physics.hint.motor":
-    "Le moteur fait tourner le bras dans un sens puis dans l’autre, par rapport au bras qui le porte.",
+  "physics.hint.motor": "Le moteur fait osciller le bras par rapport au bras qui le porte.",
   "physics.gravity": "Pesanteur",
   "physics.damping": "Frottement visqueux",
   "physics.dry": "Frottement sec",

@@ -25,8 +25,7 @@ export default {
   "physics.group.masses": "Verdeling van de massa",
   "physics.group.motor": "Motor in het scharnier",
   "physics.group.shaking": "Trillend ophangpunt",
-  "physics.hint.motor":
-    "De motor draait de arm heen en weer ten opzichte van de arm die hem draagt.",
+  "physics.hint.motor": "De motor draait de arm heen en weer ten opzichte van zijn drager.",
   "physics.gravity": "Zwaartekracht",
   "physics.damping": "Viskeuze wrijving",
   "physics.dry": "Droge wrijving",
