@@ -26,14 +26,14 @@ struct pend_joints {
     struct pend_piece *piece;
     const struct pend_tree *tree;
     int n;
-    signed char *mode;   /* n: the mode of each joint */
-    signed char *touch;  /* n: +1, -1: it rests on its upper or lower stop */
-    signed char *forced; /* n: +1, -1: direction in which its holding torque reached the limit */
-    signed char *struck; /* n: +1, -1: it reached its upper or lower stop */
-    signed char *was_forced, *was_struck; /* n: the same at the start of the piece */
-    unsigned char *stopped;               /* n: whether its rate reached that of its parent */
-    unsigned char *holds;                 /* n flags: whether the joint is to hold */
-    signed char *try;                     /* n candidate modes */
+    signed char *mode;   /* one value per joint: its mode */
+    signed char *touch;  /* +1 or -1: the joint rests on its upper or lower stop */
+    signed char *forced; /* +1 or -1: direction in which the holding torque reached its limit */
+    signed char *struck; /* +1 or -1: the joint reached its upper or lower stop */
+    signed char *was_forced, *was_struck; /* the same at the start of the piece */
+    unsigned char *stopped;               /* flags: the joint's rate reached its parent's */
+    unsigned char *holds;                 /* flags: the joint is to hold */
+    signed char *try;                     /* candidate modes */
     double *acc, *torque;                 /* n each, for the candidate modes computed last */
     double *zero, *blow, *list; /* scratch: n zeros, then 2 n numbers; n changes of rates; the list
                                  * of an impact */
