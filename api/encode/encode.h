@@ -84,10 +84,10 @@ struct api_format {
     const char *content_type; /* value of Content-Type; NULL = media_type */
     const char *extension;    /* extension of a saved file; NULL if a browser should show it */
     int samples_only;         /* 1: for tables of samples only; 2: for tables with a picture only */
-    int picture;              /* whether it is a picture (table->picture) */
-    int digits;               /* whether it is text that honours the table's `digits` */
+    int picture;              /* whether the format is a picture (table->picture) */
+    int digits;               /* whether the format is text that honours the table's `digits` */
     int exact;                /* whether `bytes` is the exact length of the answer */
-    int binary;               /* whether it supports the table's `float32` */
+    int binary;               /* whether the format supports the table's `float32` */
     int counted;         /* whether the number of rows comes before the rows; with rows_later the
                           * writer then stores the rows */
     int bare;            /* whether column names are in the X-Columns header, not in the body */

@@ -12,7 +12,7 @@ struct api_array {
     int width;        /* 0 = one number per row */
     int inner;        /* length of the second axis; 0 = no second axis */
     int re, im;       /* indices of the columns; im is -1 if the array is real */
-    int float32;      /* whether its numbers are stored as 4-byte floats; never for times and member
+    int float32;      /* whether the numbers are stored as 4-byte floats; never for times and member
                        * numbers, which need more digits */
 };
 

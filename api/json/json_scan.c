@@ -27,7 +27,7 @@ struct scan_frame {
     cJSON *node; /* NULL while `pure` */
     cJSON *last; /* the last child of `node`, or NULL */
     int object;
-    int pure;     /* whether it is an array that has contained only numbers so far */
+    int pure;     /* whether an array has contained only numbers so far */
     size_t first; /* index of its first number (while pure) or key */
 };
 

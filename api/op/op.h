@@ -79,12 +79,11 @@ PEND_MUST_CHECK enum pend_status api_turn_close(const struct api_turn *turn);
 struct api_op {
     const char *name; /* name in the route: "trajectories" */
     size_t size;      /* bytes of the operation's state */
-    int body;         /* whether it needs a JSON body */
-    int form;         /* whether it also accepts a form with files: JSON, and tables for `data` */
-    int terms;        /* whether it supports the terms of real pendulums */
-    int pieces;       /* whether it supports motions in pieces, due to tables and other rules */
-    int cart;         /* whether it supports a pivot on a cart, whose position is one more number of
-                       * a state */
+    int body;         /* whether the operation needs a JSON body */
+    int form;         /* whether a form with files is accepted too: JSON, and tables for `data` */
+    int terms;        /* whether terms of real pendulums are supported */
+    int pieces;       /* whether motions in pieces, due to tables and other rules, are supported */
+    int cart;    /* whether a cart is supported, whose position is one more number of a state */
     int samples; /* 0: only JSON; 1: a table of samples, in every representation except pictures; 2:
                   * a table that can also be drawn */
 

@@ -22,7 +22,7 @@ struct api_trajectory_size {
     const struct api_events *events;
     const struct api_table *table;
     const struct api_format *format;
-    int trusts; /* whether it is compared with 32 digits */
+    int trusts; /* whether the motion is compared with 32 digits */
     long step_cap;
 };
 

@@ -30,7 +30,7 @@ struct linear_arm {
 
 struct linear_arms {
     int n;
-    double drag_per_mass; /* 1/s: drag per mass */
+    double drag_per_mass; /* 1/s */
     struct linear_arm *arm;
 };
 

@@ -32,7 +32,6 @@ struct pend_modes_request {
                               * theta is the small deviation from that equilibrium. */
 };
 
-/* A running search. */
 struct pend_modes_search;
 
 /**

@@ -6,7 +6,6 @@
 
 #include "core/modes/modes_kernel.h"
 
-/* A running search. */
 struct pend_values;
 
 /**

@@ -7,7 +7,6 @@
 
 #include "core/modes/modes_kernel.h"
 
-/* A running computation. */
 struct pend_vectors;
 
 /**

@@ -8,7 +8,6 @@
 
 #include "server/work/exchange.h"
 
-/* A file. */
 struct srv_asset {
     const char *path; /* under /page/DIGEST/, or an HTML document's name */
     const char *media_type;

@@ -73,7 +73,6 @@ enum {
     SRV_RING_ALL = 7
 };
 
-/* A database driver. */
 struct srv_sql_driver {
     const char *scheme; /* prefix of urls: "sqlite:" */
     int batch;          /* useful number of calls per transaction */

@@ -41,7 +41,7 @@ int64_t srv_store_class_share(const struct srv_store *store) {
     return quarter > SRV_CLASS_SHARE ? quarter : SRV_CLASS_SHARE;
 }
 
-/* The numbers in use for a fold; 1 = the name without a number. */
+/* The numbers in use for a folded name; 1 = the name without a number. */
 struct row_fold {
     const char *fold;
     size_t bytes;

@@ -84,7 +84,6 @@ struct srv_class_item {
  * with that result. */
 typedef enum srv_stored srv_class_item_fn(void *context, const struct srv_class_item *item);
 
-/* A new room. */
 struct srv_class_new {
     const char *code;     /* a code that is not in use */
     const char *who;      /* the teacher's key */

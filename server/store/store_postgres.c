@@ -449,7 +449,7 @@ static const struct srv_sql_word postgres_words[] = {
      "(SELECT COUNT(*) FROM pg_stat_activity WHERE datname = current_database() AND "
      "application_name = 'pendulumd worker'), (SELECT COUNT(*) FROM pg_stat_activity WHERE "
      "datname = current_database() AND application_name LIKE 'pendulumd%')"},
-    /* 3 = connections of an api process */
+    /* 3: the number of connections of an api process */
     {"carries", "CAST(current_setting('max_connections') AS BIGINT), CAST(current_setting("
                 "'max_connections') AS BIGINT) - CAST(current_setting("
                 "'superuser_reserved_connections') AS BIGINT) - 3 - 8"},

@@ -19,7 +19,7 @@ struct api_variation {
     double from, to; /* ends of an axis or of a uniform draw; mean and deviation of a normal draw;
                       * logarithms with LOG */
     long count;      /* number of values on an axis */
-    int tied;        /* whether it varies together with the previous variation */
+    int tied;        /* whether the number varies together with the previous variation */
 };
 
 enum { API_AXES = 8 }; /* the most axes of a grid */

@@ -38,7 +38,6 @@ struct pend_event {
     long stop;      /* number of the passage that ends the motion, from 1; 0 = none */
 };
 
-/* A passage. */
 struct pend_hit {
     double time;       /* s, after the start */
     int event;         /* index of its condition */

@@ -31,7 +31,6 @@ struct pend_section_problem {
     double period, first;
 };
 
-/* A passage. */
 struct pend_passage {
     double time;       /* s */
     enum pend_way way; /* PEND_WAY_UP or PEND_WAY_DOWN; 0 in a stroboscopic section */

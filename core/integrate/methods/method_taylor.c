@@ -38,7 +38,7 @@ struct taylor {
                            * difference */
     struct jets_state begin, end;
     int gives; /* whether work of drives and heat of friction are added up */
-    int nodes; /* whether they are computed from the power at nodes in a step */
+    int nodes; /* whether work and heat are computed from the power at nodes */
     struct pend_exchange exchange;
     double *hanging; /* angles from the vertical at the start of a step, then zeros */
     struct pend_jets jets;

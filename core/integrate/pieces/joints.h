@@ -114,7 +114,7 @@ struct pend_joint_step {
     void *stepper;
     const struct pend_stuck
         *stuck;   /* the contracted pendulum of the step; NULL = the whole pendulum */
-    int fresh;    /* whether it is the first step of the piece */
+    int fresh;    /* whether this is the first step of the piece */
     double to;    /* s after the first instant: end of the search */
     double start; /* s: the first instant */
     double *room; /* scratch of (5 + PEND_JOINT_NODES) n numbers */
