@@ -40,8 +40,8 @@ int fuzz_show(const struct fuzz_reader *reader, const void *data, size_t bytes) 
 
 #ifdef FUZZER
 
-/* --- libFuzzer's entries; FUZZ_READER names the reader, and "" lists them; FUZZ_SEEDS names a
- * directory where its seeds are laid --- */
+/* --- libFuzzer's entry points; FUZZ_READER selects the reader, "" lists them; FUZZ_SEEDS names a
+ * directory for its seeds --- */
 
 static const struct fuzz_reader *chosen;
 
@@ -83,8 +83,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t bytes) {
 
 /* --- the test --- */
 
-/* one line of a corpus, in which a backslash and every byte that is not printable is \xNN; in its
- * place. Returns the bytes. */
+/* decodes one line of a corpus in place: \xNN is a backslash or an unprintable byte; returns the
+ * length */
 static size_t decode(char *line) {
     size_t bytes = 0;
     for (const char *at = line; *at && *at != '\n'; at++) {
@@ -117,7 +117,7 @@ TEST(fuzz_corpora_are_replayed) {
         for (int i = 0; i < tables[t].count; i++) replay(&tables[t].reader[i]);
 }
 
-/* changes a text at one place */
+/* changes a text in one place */
 static size_t mutate(char *text, size_t bytes, unsigned long long *state) {
     static const char *const words[] = {",",   ";",    "=",      "\n",  " ", "\"",
                                         "[",   "]:",   "q=",     "-",   "0", "99999999999999999999",

@@ -1,8 +1,8 @@
-/* Readers that are shown bytes which nobody would send: by libFuzzer, one reader a run, and by a
- * test that replays the corpora of the repository and makes mutations of its own.
- * Leaves to others: what a reader reads and what must hold of it (fuzz_X).
- * Invariant: what a reader is shown ends at a page that cannot be read, so that a reader that
- * looks a byte further ends at once in every build. */
+/* Fuzz targets ("readers"): libFuzzer runs one at a time; a test replays the repository's corpora
+ * and makes its own mutations.
+ * Leaves to others: the input of a reader and its checks (fuzz_X).
+ * Invariant: the input ends at an unreadable page, so that reading beyond its end crashes in every
+ * build. */
 #pragma once
 
 #include <stddef.h>
@@ -12,16 +12,15 @@
 enum { FUZZ_ROOM = 1 << 16, FUZZ_SEEDS = 64 };
 
 struct fuzz_reader {
-    const char *name; /* also that of its corpus, tests/fuzz/corpus/NAME */
-    /* Reads `bytes` bytes at `text`, which it may change, and a NUL behind them. Returns 0 where
-     * something does not hold that must. */
+    const char *name; /* the reader's name, and that of its corpus: tests/fuzz/corpus/NAME */
+    /* Reads `bytes` bytes at `text`, which it may change, followed by a NUL. Returns 0 if a check
+     * fails. */
     int (*read)(char *text, size_t bytes);
-    const char *seed[FUZZ_SEEDS]; /* good ones, which the test makes mutations of; NULL where there
-                                     are no more */
-    int bare;                     /* there is no NUL behind the bytes */
+    const char *seed[FUZZ_SEEDS]; /* valid inputs that the test mutates; NULL ends the list */
+    int bare;                     /* no NUL follows the bytes */
 };
 
-/** Adds readers, `count` of them, which live as long as the program. */
+/** Adds `count` readers, which must live as long as the program. */
 void fuzz_register(const struct fuzz_reader reader[], int count);
 
 /** Registers all readers of an array before main. */
@@ -30,5 +29,5 @@ void fuzz_register(const struct fuzz_reader reader[], int count);
         fuzz_register(readers_, (int)(sizeof readers_ / sizeof *readers_));                        \
     }
 
-/** Shows a reader bytes; more than FUZZ_ROOM - 1 are not shown. Returns what the reader does. */
+/** Runs a reader on some bytes, at most FUZZ_ROOM - 1 of them. Returns the reader's result. */
 int fuzz_show(const struct fuzz_reader *reader, const void *data, size_t bytes);

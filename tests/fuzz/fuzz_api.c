@@ -1,8 +1,8 @@
-/* What api reads beside the requests of fuzz_call: fields that choose a representation, tables of
- * measurements, what a class writes, requests of jobs; under bytes that nobody would send.
+/* Fuzzes what api reads besides the requests of fuzz_call: fields that choose a representation,
+ * tables of measurements, items of classrooms, and job requests.
  * Leaves to others: the grammar of JSON (fuzz_json), requests that are computed (fuzz_call).
- * Invariant: whatever is read ends with a good value or a problem of a known status; what is kept
- * of a request reads the same again. */
+ * Invariant: every input ends with a valid value or a problem of a known status; a stored request
+ * reads the same again. */
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -25,7 +25,7 @@ static int read_accept(char *text, size_t bytes) {
     return 1;
 }
 
-/* a table of measurements, in a request that is read and not run */
+/* a table of measurements, in a request that is read but not run */
 static int read_table(char *text, size_t bytes) {
     static const char before[] = "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},"
                                  "\"unknowns\":[{\"vary\":\"gravity\"}],\"data\":{\"csv\":\"";
@@ -51,7 +51,7 @@ static int read_table(char *text, size_t bytes) {
                                             .body_bytes = body.bytes};
         enum api_progress progress = api_call_open(call, &request, &out);
         int http = api_call_answer(call).status;
-        /* no text may hold a NUL, however it is written */
+        /* a NUL is never accepted in a text, however it is written */
         int nul = http == 400 && memchr(text, 0, bytes);
         good = progress == API_MORE || http == 422 || http == 503 || nul;
     }
@@ -60,7 +60,7 @@ static int read_table(char *text, size_t bytes) {
 
 /* --- rooms of a class --- */
 
-/* an item as it is kept: told, and as a row of the table and of the histogram */
+/* checks a stored item: as JSON, and as a row of the table and of the histogram */
 static int item_is_sound(const char *name, const struct api_buffer *value) {
     const struct api_class_item item = {name, 3, 1700000000000000, value->data, value->bytes};
     struct api_class_names names = {0};
@@ -78,8 +78,8 @@ static int item_is_sound(const char *name, const struct api_buffer *value) {
     return good;
 }
 
-/* the first byte says what the rest is a body of; what is kept of it must be good again, and the
- * same */
+/* the first byte selects the kind of the item in the rest; the stored form must be valid and read
+ * the same again */
 static int read_class(char *text, size_t bytes) {
     static const char *const names[API_CLASS_KINDS] = {"",
                                                        "pupils/3",
@@ -117,7 +117,7 @@ static int read_class(char *text, size_t bytes) {
 
 /* --- jobs --- */
 
-/* the first byte says of which operation the rest is a request; what the store keeps of it has the
+/* the first byte selects the operation of the request in the rest; its stored form must have the
  * same plan */
 static int read_plan(char *text, size_t bytes) {
     static const enum api_op_id ops[] = {
@@ -153,7 +153,7 @@ static int read_plan(char *text, size_t bytes) {
     return good;
 }
 
-/* a form of files, whose JSON must be some */
+/* a form with files, whose first part must be JSON */
 static int read_form(char *text, size_t bytes) {
     struct api_limits limits;
     OWN(api_buffer, clear) out;
@@ -168,7 +168,7 @@ static int read_form(char *text, size_t bytes) {
     if (status == PEND_OK) {
         status = api_json_new(&document, out.bytes ? out.data : "", out.bytes, (int)limits.depth,
                               &problem);
-        /* a request without tables is handed on as it is */
+        /* a request without tables is passed on unchanged */
         good = status == PEND_OK || !out.bytes || memmem(text, bytes, out.data, out.bytes);
     }
     return good;

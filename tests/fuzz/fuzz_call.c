@@ -1,7 +1,7 @@
-/* Whole requests under bodies that nobody would send, and mutations of good requests that know
- * their grammar. Leaves to others: the grammar of JSON (fuzz_json). Invariant: every call ends,
- * with an answer or a problem of a known status, and what it says is JSON (or CSV of even lines)
- * again. */
+/* Fuzzes whole requests: random bodies, and mutations of valid requests that follow the grammar.
+ * Leaves to others: the grammar of JSON (fuzz_json).
+ * Invariant: every call ends with an answer or a problem of a known status, and what it writes is
+ * valid JSON, or CSV whose lines have equally many cells. */
 #include <assert.h>
 #include <math.h>
 #include <stdint.h>
@@ -21,8 +21,8 @@
 enum { ROOM = 1 << 14, RUN_CAP = 100000, FORMATS = 8, OPS = 15, SCENE = 8, OEMBED = 12 };
 static_assert(2 * FORMATS * OPS <= 256, "every request in every form has a first byte");
 
-/* small limits, so that whatever is asked for is soon done or refused, and some members, of 30
- * steps at most, come to their end */
+/* small limits, so that every request is soon done or refused; some ensembles, of at most 30 steps
+ * per member, are computed to their end */
 static struct api_limits fuzz_limits(void) {
     struct api_limits limits;
     api_limits_init(&limits);
@@ -37,8 +37,8 @@ static struct api_limits fuzz_limits(void) {
 }
 
 /* every line has as many commas as the header */
-/* a line of words, which can only be the last ones, tells what does not hold of the numbers
- * above it */
+/* returns true if every line has as many commas as the header, except warnings, which can only be
+ * the last lines */
 static int csv_is_even(const char *text, size_t bytes) {
     long first = -1, commas = 0;
     const char *words = memmem(text, bytes, "\n# ", 3);
@@ -63,7 +63,7 @@ static int json_is_sound(const char *text, size_t bytes) {
     return status == PEND_OK;
 }
 
-/* a selection of modes may be empty: then there is no line, and no number */
+/* a selection of modes may be empty: then there are no lines */
 static int ndjson_is_sound(const char *text, size_t bytes) {
     size_t at = 0;
     while (at < bytes) {
@@ -74,10 +74,10 @@ static int ndjson_is_sound(const char *text, size_t bytes) {
     return 1;
 }
 
-/* how a request that was answered wants its numbers */
+/* the number format of an answer */
 struct form {
-    size_t each; /* bytes of a number in rows */
-    int members; /* rows are of members, which may have failed */
+    size_t each; /* bytes per number */
+    int members; /* the rows are members, which may have failed */
 };
 
 static int says(const struct api_value *root, const char *member, const char *word) {
@@ -98,8 +98,8 @@ static struct form form_of(const struct api_request *request) {
     return form;
 }
 
-/* the name and the numbers of a column of a list such as "t,phi[4],events_phi[2,4]"; returns where
- * the next one begins */
+/* reads the name and the count of numbers of a column from a list such as
+ * "t,phi[4],events_phi[2,4]"; returns the start of the next column */
 static const char *column_read(const char *at, char name[32], long *numbers) {
     size_t letters = strcspn(at, "[,");
     snprintf(name, 32, "%.*s", (int)letters, at);
@@ -127,8 +127,8 @@ static double number_at(const char *text, size_t each) {
     return x;
 }
 
-/* Reads a row; NaN are times that never come, where that is asked for, and what is not known of a
- * member that failed, which its status tells if the row has it. Returns its end or NULL. */
+/* Reads a row. NaN is valid for times of events that never happen, and for unknown values of a
+ * failed member, whose status is in the row. Returns the end of the row, or NULL. */
 static const char *row_end(const char *text, const char *end, const char *columns,
                            struct form form) {
     int failed = form.members, lacks = 0;
@@ -165,28 +165,27 @@ static size_t whole_at(const char *text, int bytes) {
     return x;
 }
 
-/* the directory's place and size, as the end of the archive has them, lead to the end */
+/* the position and size of the directory in the end record lead to the end of the archive */
 static int npz_is_sound(const char *text, size_t bytes) {
     if (bytes < 22 || memcmp(text, "PK\3\4", 4) || memcmp(text + bytes - 22, "PK\5\6", 4)) return 0;
     return whole_at(text + bytes - 6, 4) + whole_at(text + bytes - 10, 4) + 22 == bytes;
 }
 
-/* the elements lie one behind the other and end with the file */
+/* the elements follow each other up to the end of the file */
 static int mat_is_sound(const char *text, size_t bytes) {
     size_t at = 128;
     while (at + 8 <= bytes && whole_at(text + at, 4) == 14) at += 8 + whole_at(text + at + 4, 4);
     return at == bytes && !memcmp(text, "MATLAB 5.0", 10);
 }
 
-/* the file ends where its first record says, and the group that it names lies in it */
+/* the file ends at the size in its superblock, and the root group lies inside it */
 static int hdf5_is_sound(const char *text, size_t bytes) {
     if (bytes < 64 || memcmp(text, "\x89HDF\r\n\x1a\n\2\x8\x8", 11) != 0) return 0;
     size_t end = whole_at(text + 28, 8), root = whole_at(text + 36, 8);
     return end == bytes && root < bytes - 4 && !memcmp(text + root, "OHDR", 4);
 }
 
-/* the description ends the file and lies behind the first mark; its fields begin with the version
- */
+/* the footer ends the file, and its first field is the version */
 static int parquet_is_sound(const char *text, size_t bytes) {
     if (bytes < 12 || memcmp(text, "PAR1", 4) || memcmp(text + bytes - 4, "PAR1", 4)) return 0;
     size_t footer = whole_at(text + bytes - 8, 4);
@@ -200,7 +199,7 @@ static int status_is_known(int status) {
     return 0;
 }
 
-/* what is wrong with an answer, or NULL */
+/* returns what is wrong with an answer, or NULL */
 static const char *answer_complaint(const struct api_request *request, struct api_answer answer,
                                     const struct api_buffer *out) {
     const char *type = answer.media_type;
@@ -229,8 +228,8 @@ static const char *answer_complaint(const struct api_request *request, struct ap
     return json_is_sound(out->data, out->bytes) ? NULL : "an answer that is no JSON";
 }
 
-/* runs a call to its end; where its answer flows and `pieces` says so, as a server does that
- * sends it in pieces */
+/* runs a call to its end; if the answer can be streamed and `pieces` is set, takes it in pieces as
+ * the server does */
 static enum api_progress run(struct api_call *call, int pieces, struct api_buffer *out) {
     OWN(api_buffer, clear) piece = {0};
     enum api_progress progress = API_MORE;
@@ -249,7 +248,7 @@ static enum api_progress run(struct api_call *call, int pieces, struct api_buffe
     return progress;
 }
 
-/* reads a scene; what is kept of it must be JSON */
+/* reads a scene; its stored form must be JSON */
 static const char *scene_complaint(const struct api_request *request,
                                    const struct api_limits *limits, int *status) {
     OWN(api_buffer, clear) scene, problem;
@@ -266,7 +265,7 @@ static const char *scene_complaint(const struct api_request *request,
     return fault;
 }
 
-/* reads the query of a link that is to be shown; what comes into HTML must be harmless there */
+/* reads the query of an embedded link; its text must be harmless in HTML */
 static const char *oembed_complaint(const char *body, size_t bytes, int *status) {
     OWN_MEMORY char *query = strndup(body, bytes);
     struct api_oembed wanted;
@@ -289,8 +288,8 @@ static const char *oembed_complaint(const char *body, size_t bytes, int *status)
     return fault;
 }
 
-/* runs one request; the first byte says which and in what form, the rest is the body. *status is
- * told where it is not NULL. Returns what is wrong, or NULL. */
+/* Runs one request: the first byte selects operation and form, the rest is the body. *status
+ * receives the status unless it is NULL. Returns what is wrong, or NULL. */
 static const char *complaint(const uint8_t *data, size_t bytes, int *status) {
     static const enum api_op_id ops[OPS] = {
         API_OP_TRAJECTORIES, API_OP_FORCES,    API_OP_MODES,    API_OP_TREES,
@@ -315,7 +314,7 @@ static const char *complaint(const uint8_t *data, size_t bytes, int *status) {
                                   .accept = accepts[first / OPS % FORMATS],
                                   .body = bytes ? (const char *)data + 1 : "",
                                   .body_bytes = bytes ? bytes - 1 : 0};
-    /* two forms of files share a first byte */
+    /* two file formats share a first byte */
     if (first / OPS % FORMATS == FORMATS - 1 && bytes % 2)
         request.accept = "application/x-hdf5, */*;q=0.1";
     if (first % OPS == OEMBED) return oembed_complaint(request.body, request.body_bytes, status);
@@ -365,7 +364,7 @@ static int read_call(char *text, size_t bytes) {
     "1,"                                                                                           \
     "\"harmonics\":[{\"amplitude\":1,\"omega\":2}]}}}}"
 
-/* good requests, the first character for the operation and the form */
+/* valid requests; the first character selects operation and form */
 static const char *const seeds[] = {
     "<url=http%3A%2F%2Fh:1%2F%3Flength%3D1,1%26lang%3Dde%23d%3Da&format=json&maxwidth=300",
     "<url=https://h:1/?sheet=period&maxheight=5&x=[1,2]",
@@ -464,7 +463,7 @@ __attribute__((constructor)) static void register_call(void) {
 
 #ifndef FUZZER
 
-/* what takes the place of a number, a text or a whole value */
+/* replacements for a number, a text or a whole value */
 static char values_text[] =
     "0~-0.0~1~2~3~4~5~-1~0.5~1e-300~1e300~1e-9~1e9~1e16~17~18~null~true~[]~{}~\"\"~\"a\"~\"b\"~["
     "1]~[[1]]~4e-324~1.7976931348623157e308~9007199254740993~[1,2]~[1,2,3]~{\"phi\":["
@@ -496,8 +495,8 @@ static const char *const names[] = {
 
 enum { NAMES = sizeof names / sizeof *names };
 
-/* puts a piece in the place of `old` bytes; a text that would grow too large, or that ends before
- * them, stays as it is */
+/* replaces `old` bytes by a piece; a text that would become too long, or ends before them, is
+ * unchanged */
 static size_t replace(char *text, size_t bytes, size_t at, size_t old, const char *piece) {
     size_t length = strlen(piece);
     if (at + old > bytes || bytes - old + length > ROOM) return bytes;
@@ -506,8 +505,7 @@ static size_t replace(char *text, size_t bytes, size_t at, size_t old, const cha
     return bytes - old + length;
 }
 
-/* the bytes of the value that begins at `at`: a number, a word, a text, or brackets with what is
- * in them */
+/* the length of the value at `at`: a number, a word, a string, or brackets with their contents */
 static size_t value_bytes(const char *text, size_t bytes, size_t at) {
     size_t i = at;
     int depth = 0, quoted = 0;
@@ -520,7 +518,7 @@ static size_t value_bytes(const char *text, size_t bytes, size_t at) {
     return i - at;
 }
 
-/* a place where a value begins, or 0 */
+/* a position at which a value begins, or 0 */
 static size_t value_place(const char *text, size_t bytes, unsigned long long *state) {
     for (int tries = 0; tries < 50; tries++) {
         size_t at = 1 + (size_t)test_random_int(state, (int)bytes - 1);
@@ -529,7 +527,7 @@ static size_t value_place(const char *text, size_t bytes, unsigned long long *st
     return 0;
 }
 
-/* takes an item or a member out, with one of the commas beside it */
+/* removes an element or a member with one of the adjacent commas */
 static size_t lose(char *text, size_t bytes, size_t at, size_t length) {
     if (text[at + length] == ':') length += 1 + value_bytes(text, bytes, at + length + 1);
     if (text[at + length] == ',')
@@ -550,7 +548,7 @@ static size_t mutate(char *text, size_t bytes, unsigned long long *state) {
                *value = values[test_random_int(state, VALUES)];
     if (way == 0)
         return replace(text, bytes, at, (size_t)test_random_int(state, 2),
-                       value); /* hardly JSON any more */
+                       value); /* random text instead of a value */
     if (way < 3) return lose(text, bytes, at, length);
     snprintf(member, sizeof member, "\"%s\":%s,", name, value);
     if (way < 5) return replace(text, bytes, 2, 0, member);
@@ -559,13 +557,13 @@ static size_t mutate(char *text, size_t bytes, unsigned long long *state) {
     if (way < 14) return replace(text, bytes, at, length, value);
     memcpy(copy, text + at, length);
     copy[length] = 0;
-    if (way < 20 || text[at - 1] == ':') { /* the value is copied to the place of another */
+    if (way < 20 || text[at - 1] == ':') { /* copies the value over another one */
         at = value_place(text, bytes - 1, state);
         length = value_bytes(text, bytes, at);
         return at && text[at + length] != ':' ? replace(text, bytes, at, length, copy) : bytes;
     }
     memcpy(copy + length, ",", 2);
-    return replace(text, bytes, at, 0, copy); /* one more item of the same kind */
+    return replace(text, bytes, at, 0, copy); /* inserts one more element of the same kind */
 }
 
 static int sound(const char *text, size_t bytes, int *status) {
@@ -586,7 +584,7 @@ TEST(fuzz_call_answers_the_seeds) {
             snprintf(text, sizeof text, "%s", seeds[i]);
             in_form(text, form);
             sound(text, strlen(seeds[i]), &status);
-            /* matrices go into JSON only, and every Accept allows it */
+            /* matrices are returned as JSON only, and every Accept header here allows JSON */
             CHECK_SAYING(status == 200, "%s gets %d", text, status);
         }
 }
@@ -613,7 +611,7 @@ TEST(fuzz_call_survives_mutations) {
                  "of %ld %ld were answered, %ld refused", runs, answered, refused);
 }
 
-/* inputs that once failed, in every form */
+/* inputs that failed in the past, in every form */
 TEST(fuzz_call_answers_what_once_failed) {
     static const char *const once[] = {
         "2{\"pendulum\":{\"arms\":[{\"name\":\"a\",\"length\":2.0,\"mass\":2},{\"name\":\"b\","

@@ -1,8 +1,8 @@
-/* Header fields, and what proxies and clients say in them, under bytes that nobody would send.
- * Leaves to others: how fields are laid out in a message (fuzz_front), all stages of a request
+/* Fuzzes header fields and the values that proxies and clients send in them.
+ * Leaves to others: the layout of fields in a message (fuzz_front), all stages of a request
  * together (fuzz_router).
- * Invariant: whatever is read ends with a good value or a refusal; what was read and is written
- * again reads the same. */
+ * Invariant: every input ends with a valid value or a refusal; a value that is written again reads
+ * the same. */
 #include <arpa/inet.h>
 #include <curl/curl.h>
 #include <math.h>
@@ -30,7 +30,7 @@ static int read_range(char *text, size_t bytes) {
     (void)bytes;
     if (!srv_range_read(text, &range)) return 1;
     if (range.first < -1 || range.last < -1) return 0;
-    /* as the field is written without blanks */
+    /* the field's canonical text, without blanks */
     if (range.first < 0)
         snprintf(written, sizeof written, "bytes=-%lld", (long long)range.last);
     else if (range.last < 0)
@@ -59,7 +59,7 @@ static int read_places(char *text, size_t bytes) {
     srv_cors_foreign(list, text, bytes & 2 ? "same-origin" : NULL, host);
     srv_hosts_numeric(host);
     if (srv_hosts_good(list)) srv_hosts_allow(list, host);
-    /* an origin that is told back is the one that asked, or any */
+    /* the returned origin is the request's own, or any */
     return !told || !strcmp(told, "*") || !strcmp(told, text);
 }
 
@@ -77,7 +77,7 @@ static int read_peer(char *text, size_t bytes) {
     for (int i = 0; i < 2; i++) {
         srv_peer_client(&peers, "127.0.0.1", headers[i], text, client);
         if (!memchr(client, 0, sizeof client)) return 0;
-        /* an address that can be counted by, whatever was said */
+        /* the result is an address that can be counted, whatever the field contained */
         if (inet_pton(AF_INET, client, &number) != 1 && inet_pton(AF_INET6, client, &number) != 1)
             return 0;
         srv_peer_network(client, shown);
@@ -110,7 +110,7 @@ static int read_instant(char *text, size_t bytes) {
     return !instant || (srv_keys_instant(shown, now, &again) && again == instant);
 }
 
-/* an instant of the interface; what is written of it in UTC, to the millisecond, reads the same */
+/* an instant of the API; its text in UTC, to the millisecond, reads the same */
 static int read_moment(char *text, size_t bytes) {
     int64_t us = 0, again = 0;
     OWN(api_buffer, clear) out = {0};
@@ -131,7 +131,7 @@ static int read_moment(char *text, size_t bytes) {
 
 /* --- pieces of JSON --- */
 
-/* what was meant is a clause of at most a line, wherever the text ceases to be JSON */
+/* the hint about invalid JSON is a clause of at most one line, wherever the text ends */
 static int read_hint(char *text, size_t bytes) {
     for (size_t at = 0; at <= bytes; at++) {
         const char *hint = api_json_hint(text, bytes, at);
@@ -140,7 +140,7 @@ static int read_hint(char *text, size_t bytes) {
     return 1;
 }
 
-/* the bytes of a number of RFC 8259's grammar at the beginning of a text */
+/* the length of the number at the start of a text, by the grammar of RFC 8259 */
 static size_t number_bytes(const char *text) {
     const char *at = text + (*text == '-');
     size_t whole = strspn(at, "0123456789");
@@ -158,7 +158,7 @@ static size_t number_bytes(const char *text) {
     return (size_t)(at - text);
 }
 
-/* a number is the double that the C library reads, and the double's shortest text is that again */
+/* a number equals the C library's result, and the shortest text of the double reads back to it */
 static int read_number(char *text, size_t bytes) {
     char shown[API_NUMBER_BYTES + 1];
     size_t used = number_bytes(text);

@@ -1,7 +1,7 @@
-/* Files that are read: of keys, of options; under bytes that nobody would write.
+/* Fuzzes the files of keys and of options.
  * Leaves to others: rows of the store (fuzz_kept).
- * Invariant: whatever a file says, it is read or refused with a sentence; what was read and is
- * written again reads the same. */
+ * Invariant: a file is read, or refused with a sentence; a value that is written again reads the
+ * same. */
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,8 +1,8 @@
-/* The strict reader of requests under streams that nobody would send.
- * Leaves to others: what fields say (fuzz_fields), routes (fuzz_router), streams that were thought
- * of (tests/harness/streams).
- * Invariant: how a stream is cut changes nothing, and what has passed is a stream that passes
- * whole. */
+/* Fuzzes the strict reader of HTTP messages.
+ * Leaves to others: the values of fields (fuzz_fields), routes (fuzz_router), designed streams
+ * (tests/harness/streams).
+ * Invariant: the result does not depend on how a stream is cut, and the bytes that pass form a
+ * stream that passes as a whole. */
 #include <string.h>
 
 #include "server/protocol/http_strict.h"
@@ -16,8 +16,7 @@ static int refusal_is_known(const struct srv_http_strict *strict) {
            status == 505;
 }
 
-/* the same stream in pieces, whose lengths depend on its bytes; what passes is laid behind each
- * other */
+/* feeds the stream in pieces whose lengths depend on its bytes; appends the bytes that pass */
 static size_t in_pieces(struct srv_http_strict *strict, const char *data, size_t bytes,
                         char *passed) {
     char piece[LENGTH];
@@ -51,10 +50,11 @@ static int read_front(char *text, size_t bytes) {
     if (some > bytes || cut.status != whole.status || cut.complete != whole.complete ||
         cut.requests != whole.requests || cut.detail != whole.detail)
         return 0;
-    /* in one piece a request at fault does not pass, in several its first bytes have passed */
+    /* in one piece no byte of an invalid request passes; in several pieces its first bytes may have
+     * passed */
     if (some < through || memcmp(passed, text, through) != 0) return 0;
     if (!whole.status && some != through) return 0;
-    /* nothing is left to take out of what has passed */
+    /* the reader accepts the bytes that have passed unchanged */
     srv_http_strict_init(&again);
     return srv_http_strict_read(&again, passed, through) == through && !again.status &&
            again.complete == whole.complete && !memcmp(passed, text, through);

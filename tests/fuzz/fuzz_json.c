@@ -1,7 +1,7 @@
-/* The JSON reader under bytes that nobody would send, and mutations of documents that know its
- * grammar. Leaves to others: what the fields of a request mean (fuzz_call). Invariant: a document
- * is accepted exactly when the plain recursive checker below accepts it, and then every value of
- * it can be reached. */
+/* Fuzzes the JSON reader with random bytes and with mutations of documents that follow the grammar.
+ * Leaves to others: the meaning of a request's fields (fuzz_call).
+ * Invariant: a document is accepted exactly when the plain recursive checker below accepts it, and
+ * then every value of it can be reached. */
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -16,7 +16,7 @@
 
 enum { DEPTH = 16, ROOM = FUZZ_ROOM - 1 };
 
-/* RFC 8259 a second time: recursive, slow and obvious */
+/* an independent checker of RFC 8259: recursive, slow and obvious */
 
 struct checker {
     const unsigned char *at, *end;
@@ -51,7 +51,7 @@ static int check_number(struct checker *c) {
         if (!check_digits(c)) return 0;
     }
     size_t bytes = (size_t)(c->at - begin);
-    if (bytes >= sizeof text) return -1; /* too long to say whether it is in range */
+    if (bytes >= sizeof text) return -1; /* too long to decide whether it is in range */
     memcpy(text, begin, bytes);
     text[bytes] = 0;
     return isfinite(strtod(text, NULL));
@@ -101,7 +101,7 @@ static long check_character(struct checker *c) {
                                                                                          : -1;
 }
 
-/* a string, its characters behind each other and a -1; NULL where it is none */
+/* returns the characters of a string, ended by -1; NULL if there is no string */
 static long *check_string(struct checker *c) {
     if (!check_take(c, '"')) return NULL;
     long *text = malloc(((size_t)(c->end - c->at) + 1) * sizeof *text);
@@ -126,7 +126,7 @@ static int same_string(const long *a, const long *b) {
     return *a == *b;
 }
 
-/* 1 accepted, 0 refused, -1 left open: too deep, too many members */
+/* 1 accepted, 0 refused, -1 undecided: too deep, or too many members */
 static int check_object(struct checker *c, int depth) {
     enum { MEMBERS = 256 };
     long *keys[MEMBERS];
@@ -193,7 +193,7 @@ static int check_document(const unsigned char *text, size_t bytes) {
 
 /* the reader under test */
 
-/* visits every value; returns something that depends on all of them */
+/* visits every value; the result depends on all of them */
 static double visit(const struct api_value *value) {
     char pointer[API_POINTER_BYTES];
     int count = 0;
@@ -208,7 +208,7 @@ static double visit(const struct api_value *value) {
     return sum;
 }
 
-/* reads a text; says what is wrong, or NULL */
+/* reads a text; returns what is wrong, or NULL */
 static const char *complaint(const char *text, size_t bytes) {
     static const char *const none[] = {NULL};
     const char *fault = NULL;
@@ -237,7 +237,7 @@ static int read_json(char *text, size_t bytes) {
     return !fault;
 }
 
-/* documents to start from: small, but with everything in them */
+/* documents to start from: small, but with all kinds of values */
 static const char *const seeds[] = {
     ("{\"pendulum\":{\"arms\":[{\"name\":\"a\",\"length\":2.0,\"mass\":1.0},{\"name\":\"b\","
      "\"parent\":\"a\",\"length\":1.5,\"mass\":1e-1}],\"gravity\":9.81},"
@@ -261,7 +261,7 @@ __attribute__((constructor)) static void register_json(void) {
 
 #ifndef FUZZER
 
-/* pieces that are put in */
+/* texts that mutations insert */
 static const char *const pieces[] = {
     "[", "]", "{", "}", ",",    ":",      "\"", "\\", "\\u",  "\\ud800",  "\\u0000",     "1e999",
     "-", "0", ".", "e", "null", "\"a\":", " ",  "\n", "\xff", "\xc0\x80", "\xed\xa0\x80"};

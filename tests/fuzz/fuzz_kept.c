@@ -1,7 +1,7 @@
-/* Rows, checkpoints and results of the store, altered by somebody who can write there.
- * Leaves to others: files (fuzz_files), every statement of the store (tests/server/store).
- * Invariant: whatever is read ends with a value that can be, or with a refusal. Seals are made to
- * fit, since whoever can change the bytes can change the seal too. */
+/* Fuzzes rows, checkpoints and results of the store, as if altered by somebody with write access.
+ * Leaves to others: files (fuzz_files), the statements of the store (tests/server/store).
+ * Invariant: every input ends with a possible value or a refusal. Seals are computed for the
+ * altered bytes, because whoever can change these can change the seal too. */
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -14,8 +14,8 @@
 
 /* --- rows of jobs --- */
 
-/* takes a field from the bytes: a byte for its kind, then 8 bytes of a number, or a byte of length
- * and so many of a text, which is copied to where a NUL can follow */
+/* takes a field from the bytes: a byte for its kind, then 8 bytes of a number, or a length in one
+ * byte and a text of that length, copied so that a NUL follows */
 static size_t take_field(struct srv_value *field, const char *data, size_t bytes, char **room) {
     size_t length = 0;
     *field = (struct srv_value){.kind = SRV_SQL_NULL};
@@ -38,7 +38,7 @@ static size_t take_field(struct srv_value *field, const char *data, size_t bytes
     return length + (bytes < 2 ? 1 : 2);
 }
 
-/* the seal that such a row would have been written with */
+/* the seal of such a row */
 static void seal_row(struct srv_value field[], unsigned char seal[SRV_SEAL_JOB_BYTES]) {
     struct srv_job job = {
         .parts = (long)field[4].whole, .chained = (int)field[15].whole, .created = field[6].whole};
@@ -47,7 +47,7 @@ static void seal_row(struct srv_value field[], unsigned char seal[SRV_SEAL_JOB_B
     srv_row_text(&field[2], job.operation, sizeof job.operation);
     srv_row_text(&field[17], job.title, sizeof job.title);
     srv_row_text(&field[18], job.version, sizeof job.version);
-    /* of a row without parts or a beginning there is no seal */
+    /* a row without parts or without a start has no seal */
     if (job.parts < 1 || job.created <= 0) return;
     srv_seal_job(seal, &job, "{}", 2);
     field[19] = srv_value_bytes(seal, SRV_SEAL_JOB_BYTES);
@@ -106,11 +106,11 @@ static const struct {
      "\"pivot\":{\"cart\":{\"mass\":2}}},\"times\":{\"stop\":1,\"count\":6}}"},
 };
 
-/* what a case has kept of its first part, and of all of them; made once */
+/* the checkpoint of a case's first part, and the rows of all parts; computed once */
 static struct { struct api_buffer carried, rows; } kept[CASES];
 
-/* the case that a byte names; those that came later have the last bytes, so that inputs of the
- * corpus stay what they were */
+/* the case that a byte selects; newer cases use the last bytes, so that old corpus inputs keep
+ * their meaning */
 static int case_of(char byte) {
     int number = (unsigned char)byte;
     return number < 200 ? number % OLD_CASES : number % CASES;
@@ -137,7 +137,7 @@ static struct api_part *part_of(int i, long number, char body[500],
     return part;
 }
 
-/* runs a part to its end, for so many turns at most */
+/* runs a part to its end, for at most `turns` turns */
 static enum pend_status part_end(struct api_part *part, int turns, struct api_buffer *out) {
     struct pend_error error;
     int done = 0;
@@ -169,8 +169,8 @@ static void keep(int i) {
     }
 }
 
-/* a copy with changes: each is a place in two bytes, and what is added to the byte there. The
- * caller frees it. */
+/* Returns a copy with changes: each change is two bytes of position and the number added to the
+ * byte there. The caller frees the copy. */
 static char *altered(const struct api_buffer *good, const char *data, size_t bytes) {
     char *copy = malloc(good->bytes + 1);
     if (!copy) abort();
@@ -182,7 +182,7 @@ static char *altered(const struct api_buffer *good, const char *data, size_t byt
     return copy;
 }
 
-/* a checkpoint that was altered, and sealed as if it had been so from the start */
+/* an altered checkpoint with a matching seal */
 static int read_carried(char *text, size_t bytes) {
     struct api_limits limits = kept_limits();
     struct pend_error error = {.text = ""};
@@ -228,8 +228,8 @@ static enum pend_status rest_fetch(void *context, void *data, size_t cap, size_t
 
 static void rest_again(void *context) { ((struct rest *)context)->at = 0; }
 
-/* rows of results that were altered: the second byte says in which representation they are wanted,
- * and whether they are all there */
+/* altered rows of results; the second byte selects the representation, and whether all rows are
+ * there */
 static int read_rows(char *text, size_t bytes) {
     static const char *const accepts[] = {"application/json",     "text/csv",
                                           "application/x-ndjson", "application/octet-stream",

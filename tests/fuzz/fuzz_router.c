@@ -1,9 +1,9 @@
-/* Requests that nobody would send, through all stages that the thread of the sockets takes them:
- * fields, target, route, host, origin, keys, quota, and the routes that answer at once.
- * Leaves to others: the layout of messages (fuzz_front), what is computed (fuzz_call), jobs and
- * rooms, which need a store (tests/wire).
- * Invariant: every request is answered with a status of HTTP and a text of a known type, or passes
- * on to who computes. */
+/* Fuzzes requests through all stages on the thread of the sockets: fields, target, route, host,
+ * origin, keys, quota, and the routes that answer at once.
+ * Leaves to others: the layout of messages (fuzz_front), computations (fuzz_call), jobs and
+ * classrooms, which need a store (tests/wire).
+ * Invariant: every request is answered with an HTTP status and a text of a known type, or is passed
+ * on to be computed. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -53,7 +53,7 @@ static void service_begin(void) {
     atexit(service_end);
 }
 
-/* one line, without its end; NULL where there are no more */
+/* returns one line without its end; NULL at the end of the text */
 static char *line_of(char **rest) {
     char *line = *rest, *end;
     if (!line) return NULL;
@@ -77,7 +77,7 @@ static int answer_is_sound(void) {
     return status == PEND_OK && exchange.status >= 400;
 }
 
-/* METHOD LF TARGET LF, and a field NAME:VALUE a line */
+/* METHOD LF TARGET LF, then one field NAME:VALUE per line */
 static int read_router(char *text, size_t bytes) {
     char *rest = text, *line;
     const char *method = line_of(&rest), *target = line_of(&rest);
@@ -93,7 +93,7 @@ static int read_router(char *text, size_t bytes) {
         char *value = strchr(line, ':');
         if (!value) continue;
         *value++ = 0;
-        /* the strict reader lets digits pass alone */
+        /* the strict reader accepts only digits here */
         if (!strcasecmp(line, "Content-Length") && strspn(value, "0123456789") != strlen(value))
             continue;
         passes = srv_request_head_field(&exchange, line, value);
