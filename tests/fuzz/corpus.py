@@ -1,12 +1,12 @@
 #!/usr/bin/python3
-"""The corpora of the readers in tests/fuzz, as they stand in the repository: one input a line, shortest first.
+"""Reads and writes the corpora of tests/fuzz/corpus: one input per line, shortest first.
 
-usage: corpus.py unpack READER DIRECTORY    each line becomes a file
-       corpus.py pack READER DIRECTORY      the files of a directory, as libFuzzer's -merge=1 leaves them, become the lines
-       corpus.py add READER FILE...         inputs that once failed are added
-A byte that is not printable ASCII, and a backslash, is written as \\xNN; fuzz.c reads the same.
-Leaves to others: what a reader makes of an input (fuzz_X.c), finding inputs (run.sh).
-Invariant: what was packed is unpacked to the same bytes; a corpus has 40 000 bytes at most, of which what was there is kept first.
+usage: corpus.py unpack READER DIRECTORY    writes each line to a file
+       corpus.py pack READER DIRECTORY      writes the files, as left by libFuzzer's -merge=1, as lines
+       corpus.py add READER FILE...         adds inputs that failed
+Backslashes, and bytes that are not printable ASCII, are written as \\xNN, which fuzz.c reads.
+Leaves to others: running readers on inputs (fuzz_X.c), finding inputs (run.sh).
+Invariant: unpacking restores the packed bytes; a corpus has at most 40 000 bytes, and earlier inputs are kept first.
 """
 import hashlib
 import pathlib

@@ -1,11 +1,11 @@
 #!/bin/sh
-# Runs the readers of fuzzers for a time each and tells what they did: executions, edges and inputs,
-# and the executions of all runs whose counts lie beside their corpora.
+# Runs each reader under libFuzzer for some seconds, and prints its executions, edges and inputs,
+# and its executions in all runs so far.
 #   tests/fuzz/run.sh build/fuzz-MODE SECONDS [READER]
-# FUZZ_EXECUTIONS=N ends a reader after so many, FUZZ_LENGTH=BYTES bounds its inputs (4096).
-# The inputs of a reader begin with those of tests/fuzz/corpus and lie in build/fuzz-MODE/corpus/READER;
-# READER.log is what libFuzzer said last, READER.counts the executions of each run. An input that ends
-# the program is READER-crash-...: `tests/fuzz/corpus.py add READER FILE` keeps it for good.
+# FUZZ_EXECUTIONS=N ends a reader after N executions, FUZZ_LENGTH=BYTES limits its inputs (4096).
+# The inputs of a reader are in build/fuzz-MODE/corpus/READER and begin with those of tests/fuzz/corpus;
+# READER.log is libFuzzer's last output, READER.counts the executions of each run. An input that crashes
+# the program is READER-crash-...: `tests/fuzz/corpus.py add READER FILE` adds it to the repository.
 set -u
 build=$1 seconds=$2 only=${3:-}
 here=$(dirname "$0") status=0 found=0
@@ -20,7 +20,7 @@ for program in "$build"/fuzz_*; do
     FUZZ_READER=$reader FUZZ_SEEDS=$corpus "$program" -max_total_time="$seconds" -max_len="${FUZZ_LENGTH:-4096}" \
       -runs="${FUZZ_EXECUTIONS:--1}" -print_final_stats=1 -artifact_prefix="$build/corpus/$reader-" "$corpus" > "$log" 2>&1 ||
       { status=1; grep -v '^#' "$log" | tail -n 60; }
-    # one that was ended in the middle says how far it was in its last line
+    # the last line of an interrupted run contains its number of executions
     executions=$(sed -n 's/^stat::number_of_executed_units: *//p' "$log")
     [ -n "$executions" ] || executions=$(sed -n 's/^#\([0-9]*\).*/\1/p' "$log" | tail -n 1)
     echo "${executions:-0}" >> "$counts"
