@@ -1,9 +1,9 @@
-"""The clients of api/clients against a live server and against each other: each runs the programs of its README and its own
-tests, and brings the paper's example, whose doubles must be the same from all.
+"""Tests the clients of api/clients with a live server and with each other: the programs of their READMEs and their own tests
+run, and all clients must return the same doubles for the paper's example.
 
 usage: clients.py BUILD [NAME...]
 Leaves to others: the tests of each client (tests/clients/test_NAME.py); whether the numbers are right (tests/laws).
-Invariant: what is not installed is skipped aloud; the server ends with the test.
+Invariant: skipped tests are reported; the server ends with the test.
 """
 import importlib
 import os

@@ -1,9 +1,9 @@
-"""The files that put pendulumd on several processes: what they refer to is there; and what docker/compose.yaml describes,
-run for real without containers: PostgreSQL, its api and worker processes, nginx with docker/nginx.conf before them.
+"""Tests the deployment files: whatever they refer to exists; and the processes of docker/compose.yaml are run without
+containers: PostgreSQL, api and worker processes, and nginx with docker/nginx.conf in front of them.
 
 usage: deploy.py BUILD
-Leaves to others: nginx by itself (nginx.py), Slurm (tests/drill/slurm.py), the image (image.sh).
-Invariant: everything listens on loopback or a Unix socket; a program that is not installed is skipped aloud.
+Leaves to others: nginx alone (nginx.py), Slurm (tests/drill/slurm.py), the image (image.sh).
+Invariant: everything listens on loopback or a Unix socket; tests of programs that are not installed are reported as skipped.
 """
 import http.client
 import json

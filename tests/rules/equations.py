@@ -1,11 +1,11 @@
-"""What /v1/equations writes, taken at its word: the programs are run, the formulas are read back and evaluated.
+"""Tests the answers of /v1/equations: their programs are run, their formulas are parsed and evaluated.
 
-At random states of many trees the accelerations and forces of each must be those of /v1/forces; of real pendulums with
-every load alone and all together too, by their programs. The reader of formulas
+At random states of many trees the accelerations and forces of each must equal those of /v1/forces; programs are also
+tested with real pendulums, with each load alone and with all together. The parser of formulas
 knows no mechanics: it turns \\ell_{2} into a number and juxtaposition into a product, and nothing else.
 
 usage: equations.py BUILD
-Leaves to others: whether /v1/forces is right (tests/laws). Invariant: what is not installed is skipped aloud.
+Leaves to others: whether /v1/forces is right (tests/laws). Invariant: skipped tests are reported.
 """
 import cmath
 import itertools

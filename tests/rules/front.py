@@ -1,8 +1,8 @@
-"""nginx as it is shipped, before a daemon at a port of loopback, for tests in other languages: says its port, and ends when its
-input does.
+"""Runs the shipped nginx configuration in front of a daemon on a port of loopback, for tests in other languages: prints its
+port, and ends at the end of its input.
 
 usage: front.py PORT
-Leaves to others: what is asked through it. Invariant: it does not outlive whoever started it.
+Leaves to others: the requests. Invariant: it does not outlive the process that started it.
 """
 import sys
 

@@ -1,8 +1,8 @@
-"""Runs the programs of docker/growth.md and compares what they print with the page (with a stand-in for sbatch); then batch workers
-that leave work behind, and the statements of keda.yaml and slurm.timer.sh on a real PostgreSQL.
+"""Runs the programs of docker/growth.md (with a stand-in for sbatch) and compares their output with the page; then tests batch
+workers that end early, and the statements of keda.yaml and slurm.timer.sh on a real PostgreSQL.
 
 usage: growth.py BUILD     (build/release)
-Leaves to others: a real Slurm (tests/drill/slurm.py). Invariant: everything lies in a folder that goes with the test.
+Leaves to others: a real Slurm (tests/drill/slurm.py). Invariant: all files are in a folder that is removed at the end.
 """
 import os
 import pathlib

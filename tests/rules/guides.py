@@ -1,9 +1,9 @@
-"""Runs every program of README.md and the guides against a live server, and compares its output with the one that stands
-below it, where "..." stands for anything and lines may be broken for reading.
+"""Runs every program of README.md and the guides with a live server, and compares its output with the output printed
+below it, in which "..." matches anything and lines may be broken.
 
 usage: guides.py BUILD [PART-OF-A-NAME]     (build/release, for the server; without a name: all)
 Leaves to others: the READMEs of the clients (clients.py), the examples of the API's document (examples.py).
-Invariant: each file has a folder of its own; a block in `console` or another language is not run.
+Invariant: each file has its own folder; blocks in `console` or another language are not run.
 """
 import os
 import re

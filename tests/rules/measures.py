@@ -1,9 +1,9 @@
-"""Holds the C of the rooms to the measures of CONTRIBUTING.md: columns, lengths, branches, comments, assertions; the
-page's sheets of style to the columns; and special forms to the rows of core/forms.md.
+"""Checks the C code against the limits of CONTRIBUTING.md: columns, lengths, branches, comments, assertions; the
+page's style sheets against the limit of columns; and special forms against the rows of core/forms.md.
 
-usage: measures.py [--list]     --list also prints every complaint, and the longest and the most branched functions
-Leaves to others: layout and one statement a line (layout.sh), who includes whom (layers.sh).
-Invariant: reads text only; nothing is compiled. A measure may be broken as often as KNOWN says and no more.
+usage: measures.py [--list]     --list also prints every fault, and the longest and the most branched functions
+Leaves to others: layout and one statement per line (layout.sh), the order of includes (layers.sh).
+Invariant: reads text only; nothing is compiled. KNOWN limits how often a rule may be broken.
 """
 import pathlib
 import re

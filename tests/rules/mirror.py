@@ -1,10 +1,10 @@
-"""Holds the tests against the rooms: every source has a test file of its name, or a README says where it is tested.
+"""Checks that every source has a test file of its name, or that a README names the tests for it.
 
 usage: mirror.py
-tests/ROOM/FOLDER/test_X.c (.cpp), or test_X_MORE.c, is for ROOM/FOLDER/X.c; for what has none, tests/ROOM/README.md has a row
-`FOLDER/X` | files of tests. SECURITY.md names for each of its sentences tests that exist, and so do tables of constants.
-Leaves to others: what the tests check, and that they pass. Invariant: a row that is not needed, or names what is not there, fails;
-so does a test whose name is that of no source.
+tests/ROOM/FOLDER/test_X.c (.cpp), or test_X_MORE.c, tests ROOM/FOLDER/X.c; for other sources tests/ROOM/README.md has a row
+`FOLDER/X` | test files. The tests that SECURITY.md and tables of constants name must exist.
+Leaves to others: the contents of tests, and that they pass. Invariant: a row that is not needed, or names a missing file, is a
+fault; so is a test whose name is not that of a source.
 """
 import pathlib
 import re

@@ -1,6 +1,6 @@
-"""A name server on loopback whose answer can be changed: what Docker's own is to containers that come and go.
+"""A name server on loopback with changeable answers, like Docker's own when containers come and go.
 
-Leaves to others: who asks it (nginx.py). Invariant: answers from memory, whatever the name; it forwards nothing.
+Leaves to others: the client (nginx.py). Invariant: it answers every name from memory, and forwards nothing.
 """
 import contextlib
 import socket

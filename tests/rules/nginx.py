@@ -1,9 +1,9 @@
-"""docker/nginx.conf before a live daemon: what passes, what nginx refuses, who the client is, that streams stream;
-docker/nginx.signin.conf: accounts of a sign-in service; and the systemd unit, read by systemd-analyze.
+"""Tests docker/nginx.conf in front of a live daemon: which requests pass, which nginx refuses, the address of the client, and
+streams; docker/nginx.signin.conf: accounts of a sign-in service; and the systemd unit, by systemd-analyze.
 
 usage: nginx.py BUILD
-Leaves to others: what the daemon says without a proxy (tests/wire). Invariant: the configuration is the one that is
-shipped, but for its port, its upstream and the places of its files.
+Leaves to others: the daemon's answers without a proxy (tests/wire). Invariant: the shipped configuration is used, except
+for its port, its upstream and the paths of its files.
 """
 import concurrent.futures
 import contextlib

@@ -1,8 +1,8 @@
-"""docker/monitoring against the metrics of a live server and by promtool, and the backups of docker/README.md: taken while
-jobs run, restored into a new store, on both databases; which versions may share one; and a pooler in front of PostgreSQL.
+"""Tests docker/monitoring with the metrics of a live server and by promtool; the backups of docker/README.md, taken while
+jobs run and restored into a new store, on both databases; which versions may share a store; and a pooler for PostgreSQL.
 
-Leaves to others: crashes (tests/drill), the deployment files (deploy.py). Invariant: a backup that lost a job, a part or
-a bit fails; without promtool or PostgreSQL what needs them is skipped aloud.
+Leaves to others: crashes (tests/drill), the deployment files (deploy.py). Invariant: a backup without a job, a part or
+a bit is a fault; tests that need promtool or PostgreSQL are reported as skipped if these are missing.
 """
 import json
 import os

@@ -1,8 +1,8 @@
-"""Answers in every representation, read by the programs that people read them with: NumPy, SciPy, pandas, Octave, R, DuckDB, the
-tools of HDF5, the csv and json modules. Every number must be the one of the JSON answer to the last bit, the sign of zero and all.
+"""Reads answers in every representation by the programs that people use: NumPy, SciPy, pandas, Octave, R, DuckDB, the
+tools of HDF5, the csv and json modules. Every number must equal that of the JSON answer to the last bit, including the sign of zero.
 
 usage: readback.py BUILD
-Leaves to others: whether the JSON is right (tests/wire, tests/laws). Invariant: what is not installed is skipped aloud.
+Leaves to others: whether the JSON is right (tests/wire, tests/laws). Invariant: skipped tests are reported.
 """
 import csv
 import io

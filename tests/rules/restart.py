@@ -1,11 +1,11 @@
-"""A rolling restart that nobody notices: two api and two worker processes on PostgreSQL behind docker/nginx.conf are told
-to end and started anew, one after the other and at other addresses, while clients ask; of ten thousand requests none may
+"""Tests a rolling restart: two api and two worker processes on PostgreSQL behind docker/nginx.conf are stopped
+and started again, one after the other and at other addresses, while clients send requests; none of ten thousand may
 fail. The same at fixed addresses, behind docker/nginx.upstream.conf.
 
 usage: restart.py BUILD
 Leaves to others: what nginx refuses (nginx.py), processes that are killed (tests/drill).
-Invariant: an error is every status but 200 and 202, and every connection that ends before its answer has; a request is
-never sent a second time by the client.
+Invariant: every status except 200 and 202 is an error, and so is every connection that ends before its answer; the
+client never repeats a request.
 """
 import collections
 import http.client

@@ -1,7 +1,7 @@
-"""What the rules in Python share: the count of what they found, where their helpers are, and nginx as it is shipped.
+"""Helpers of the rules in Python: the count of faults, the paths of helpers, and the shipped nginx configuration.
 
-Leaves to others: daemons and servers (tests/load/servers.py), what is checked (the rules). Invariant: what fails or is
-skipped is said with its reason, and the last line counts all.
+Leaves to others: daemons and servers (tests/load/servers.py), the checks (the rules). Invariant: every fault and every
+skipped test is printed with its reason, and the last line counts all.
 """
 import importlib
 import pathlib
