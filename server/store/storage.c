@@ -222,7 +222,7 @@ static void *storage_serve(void *context) {
             ask->done(ask);
         }
         rings_at = storage_ring(desk, &rings);
-        /* an idle desk checks whether the store is reachable again */
+        /* an idle thread checks whether the store is reachable again */
         struct srv_store_figures figures;
         if (desk->kind == SRV_ASK_READ && !count && desk->away)
             storage_note(desk, srv_store_figures(desk->store, &figures));
