@@ -1,6 +1,6 @@
 #!/bin/bash
-# What clang says of the sources, with the flags of the build: another compiler's warnings are errors as gcc's are.
-# Leaves to others: running what it makes (make lint). Invariant: makes nothing; a source that gives a warning fails.
+# Compiles the sources with clang and the flags of the build: its warnings are errors, like gcc's.
+# Leaves to others: running the result (make lint). Invariant: writes no files; a source with a warning fails.
 set -u
 cd "$(dirname "$0")/../.." || exit
 command -v clang > /dev/null || { echo 'skip clang: it is not here'; echo '0 passed, 0 failed, 1 skipped'; exit 0; }

@@ -1,9 +1,9 @@
 #!/bin/bash
-# Compares documents with code: options, limits, methods, routes; every path, link and identifier that a document names has to
-# exist. With --write it brings the options' table up to date.
+# Compares documents with code: options, limits, methods, routes; every path, link and identifier in a document must
+# exist. --write updates the table of options.
 # usage: docs.sh BUILD [--write]     (build/release, for the help)
 # Leaves to others: whether replies obey api/call/openapi.yaml (replies.py).
-# Invariant: every list has one home in the code; a document that tells another list fails.
+# Invariant: every list has one home in the code; a document with a different list fails.
 set -u
 cd "$(dirname "$0")/../.." || exit
 exec /usr/bin/python3 - "$@" <<'END'

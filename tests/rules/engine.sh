@@ -1,9 +1,9 @@
 #!/bin/bash
 # Compares the engine for browsers with native code of the base instruction set: the paper's example and a thousand random requests.
 # usage: engine.sh BUILD     (build/release, for the native door, tests/engine/native)
-# And sees that without the tools for WebAssembly the page is made without the engine, with words.
-# Leaves to others: the requests and the comparison (tests/engine), the page that asks the engine (tests/web).
-# Invariant: without node or the tools for WebAssembly it says so and skips itself.
+# Also tests that without the tools for WebAssembly the page is built without the engine, with a message.
+# Leaves to others: the requests and the comparison (tests/engine), the page that uses the engine (tests/web).
+# Invariant: without node or the tools for WebAssembly it is reported as skipped.
 set -u
 cd "$(dirname "$0")/../.." || exit
 skip() { echo "skip engine: $1"; finish 0 0 1; }

@@ -1,9 +1,9 @@
 #!/bin/bash
-# What is there is not fetched: a Debian package is asked for where it is neither installed nor provided by another. Where the
-# libraries of the page are not there, the build says how to install them; it takes them from another directory when asked to.
+# Tests that nothing is fetched that is there already: a Debian package is installed only if neither it nor a package that provides
+# it is there. Without the page's libraries, the build explains how to install them; it can take them from another directory.
 # usage: fetch.sh BUILD     (build/release, after whose build the page's libraries are here)
-# Leaves to others: what is taken of them (server/http/assets_bundle.sh).
-# Invariant: asks no network; writes into build/check alone.
+# Leaves to others: the files taken from the libraries (server/http/assets_bundle.sh).
+# Invariant: no network access; writes into build/check only.
 set -u
 cd "$(dirname "$0")/../.." || exit
 work=build/check/fetched

@@ -1,9 +1,9 @@
 #!/bin/bash
-# Looks with readelf for what OpenSSF's guide for hardened C asks: in the programs, and in every object that they are made of.
+# Checks with readelf that the programs and their object files follow OpenSSF's guide for hardened C.
 # usage: hardened.sh BUILD     (build/release)
-# Leaves to others: what the flags are and whom they are spared (Makefile, HARD); the sandbox
+# Leaves to others: the flags, and the files that are exempt from some (Makefile, HARD); the sandbox
 # (tests/wire/test_sandbox.c).
-# Invariant: a program that is built without is found to lack each of them, so a check that sees nothing cannot pass.
+# Invariant: a program built without these flags fails every check, so no check can pass by seeing nothing.
 set -u
 build=$1
 daemon=$build/pendulumd

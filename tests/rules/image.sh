@@ -1,9 +1,9 @@
 #!/bin/bash
-# Makes the files of the image, looks at them, runs the daemon on nothing else, and asks it for the paper's example; and builds
-# the whole image and asks it the same, where docker or buildah and the base of its first stages are here.
+# Makes the files of the image, inspects them, runs the daemon with nothing else, and requests the paper's example; also builds
+# the whole image and requests the same, if docker or buildah and the base of its first stages are here.
 # usage: image.sh BUILD     (build/release)
-# Leaves to others: what is right in the answer (tests/wire).
-# Invariant: never waits for long, and leaves no container and no image behind.
+# Leaves to others: whether the answer is right (tests/wire).
+# Invariant: never waits for long, and leaves no container or image behind.
 set -u
 build=$1
 image=pendulumd-check:$$

@@ -1,7 +1,7 @@
 #!/bin/bash
-# What `make install` installs can be used: every header alone in C and in C++, a program by pkg-config, and uninstall.
+# Tests the result of `make install`: every header alone in C and in C++, a program built by pkg-config, and uninstalling.
 # usage: install.sh BUILD
-# Leaves to others: the library itself. Invariant: writes into a directory of its own under build/ only.
+# Leaves to others: the library itself. Invariant: writes only into its own directory under build/.
 set -u
 cd "$(dirname "$0")/../.." || exit
 build=$1 passed=0 failed=0

@@ -1,8 +1,8 @@
 #!/bin/bash
-# Counts the instructions of the hot loops, and compares with what they took when that was last looked at.
+# Counts the instructions of the hot loops, and compares them with the recorded counts.
 # usage: instructions.sh BUILD     (build/release)
-# Leaves to others: times (make bench); what the loops compute.
-# Invariant: two-sided: a loop that became much cheaper needs a new figure here, so that it stays so.
+# Leaves to others: times (make bench), the results of the loops.
+# Invariant: a loop that became much cheaper also fails, until its new count is recorded here.
 set -u
 program=$1/tests/bench/instructions/run
 slack=20 # percent: what compilers differ by

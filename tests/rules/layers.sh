@@ -1,8 +1,8 @@
 #!/bin/bash
-# Checks the rooms' rules: who may include whom, one door to each outside library, the order of folders and files, no globals.
+# Checks the architecture: who may include whom, one file per outside library, the order of folders and files, no globals.
 # usage: layers.sh BUILD     (build/release, for the symbols)
 # Leaves to others: layout (layout.sh), documents (docs.sh).
-# Invariant: a new outside library or header needs a new row here first.
+# Invariant: a new outside library or header first needs a row here.
 set -u
 build=$1
 passed=0 failed=0

@@ -1,7 +1,7 @@
 #!/bin/bash
-# Checks the layout of the C with clang-format 14, the version whose layout the project keeps.
-# usage: layout.sh [--write]     --write lays them out
-# Leaves to others: what the code says. Invariant: changes nothing, unless it is told to.
+# Checks the layout of the C sources with clang-format 14, the version that the project uses.
+# usage: layout.sh [--write]     --write formats the sources
+# Leaves to others: the contents of the code. Invariant: changes nothing without --write.
 cd "$(dirname "$0")/../.." || exit
 for format in clang-format-14 clang-format; do
     version=$($format --version 2>/dev/null) && [[ $version = *' 14.'* ]] && break

@@ -1,8 +1,8 @@
 #!/bin/bash
-# Lints api/call/openapi.yaml with spectral, unchanged and as OpenAPI 3.0, and with redocly; two generators make types of it, with which right programs compile and
-# wrong ones (shapes.ts) do not, and two make clients that compile; where npm can fetch them (package.json).
-# Leaves to others: whether the document tells the truth (docs.sh, replies.py).
-# Invariant: what npm fetches and what is generated lies in build/; errors and warnings fail.
+# Lints api/call/openapi.yaml with spectral, unchanged and as OpenAPI 3.0, and with redocly; two generators make types of it, with which valid programs compile and
+# invalid ones (shapes.ts) do not, and two make clients that compile; if npm can fetch them (package.json).
+# Leaves to others: whether the document is true (docs.sh, replies.py).
+# Invariant: fetched and generated files are in build/; errors and warnings fail.
 set -u
 cd "$(dirname "$0")/../.." || exit
 home=build/spectral

@@ -1,10 +1,10 @@
 #!/bin/bash
-# What the Debian packages say of the programs: the manual page, what they are made of (SBOM), their version; and that a release
-# which was altered is not taken for the one that was signed.
+# Tests the Debian packages' manual page, bill of materials (SBOM) and version; and that an altered release
+# fails the check of its signature.
 # usage: packages.sh BUILD             in a second
-#        packages.sh --whole ROOT...   builds the packages twice, in two places, and compares their bytes; installs, tries,
+#        packages.sh --whole ROOT...   builds the packages twice, in two places, and compares their bytes; installs, tests,
 #                                      removes and purges them in each ROOT, a bare Debian; minutes, as root
-# Leaves to others: building them (docker/deb.sh). Invariant: writes into build/ only, and into the ROOTs.
+# Leaves to others: building them (docker/deb.sh). Invariant: writes into build/ and the ROOTs only.
 set -u
 cd "$(dirname "$0")/../.." || exit
 passed=0 failed=0

@@ -1,9 +1,9 @@
 #!/bin/bash
-# Sources give the same bytes in whatever directory, under whatever clock, language and rights they are built.
+# Tests that sources give the same bytes in any directory, under any clock, language and file permissions.
 # usage: same.sh BUILD
-# A few objects of each kind stand for all: C, C++, a kernel (for the base instruction set), what is generated, the page, and an
+# A few objects of each kind stand for all: C, C++, a kernel (for the base instruction set), generated files, the page, and an
 # engine for browsers of a few objects. The page has the whole engine of this directory.
-# Leaves to others: fetching what the page is made with (fetch.sh). Invariant: writes into a directory of its own in build/ only.
+# Leaves to others: fetching the page's tools (fetch.sh). Invariant: writes only into its own directory in build/.
 set -u
 cd "$(dirname "$0")/../.." || exit
 root=$(mktemp -d "$PWD/build/same.XXXXXX") || exit

@@ -1,8 +1,8 @@
 #!/bin/bash
 # Checks the page's scripts without a browser: types (tsc --checkJs), lengths and branching (eslint), layout (prettier).
-# usage: types.sh [--format]     (--format: lays the scripts out instead)
-# Leaves to others: what the page does (web.sh), the C sources (layout.sh).
-# Invariant: what npm fetches lies in build/; nothing but --format changes a file.
+# usage: types.sh [--format]     (--format: formats the scripts instead)
+# Leaves to others: the behaviour of the page (web.sh), the C sources (layout.sh).
+# Invariant: fetched files are in build/; only --format changes a file.
 set -u
 cd "$(dirname "$0")/../.." || exit
 home=build/webtest

@@ -1,11 +1,11 @@
 #!/bin/bash
-# Drives the page with a real browser, where chromium and npm are here and npm can fetch what drives it.
+# Tests the page with a real browser, if chromium and npm are here and npm can fetch the browser's driver.
 # usage: web.sh BUILD [--bench] [NAME]     (build/release, for the server; a part of a test's name; --bench: measures instead)
-#        BROWSER=firefox web.sh BUILD [NAME]     (the same tests in Firefox, but those that ask for Chromium's own protocol)
+#        BROWSER=firefox web.sh BUILD [NAME]     (the same tests in Firefox, except those that need Chromium's own protocol)
 #        web.sh BUILD --lesson [PUPILS [STORE]]     (a lesson in real pages)
 #        web.sh BUILD --pictures [NAME]     (makes the pictures of the guides)
 # Leaves to others: the tests (tests/web).
-# Invariant: what npm fetches lies in build/; pictures of every view are left in build/check/web.
+# Invariant: fetched files are in build/; pictures of every view are left in build/check/web.
 set -u
 cd "$(dirname "$0")/../.." || exit
 home=build/webtest

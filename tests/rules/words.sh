@@ -1,9 +1,9 @@
 #!/bin/bash
-# Checks words: comments and messages of C and the page's English are free of private words and elliptic phrases; every language of the page, without a browser,
-# says all, and nothing that the page does not show.
+# Checks words: comments and messages of C and the page's English contain no private words and elliptic phrases; every language of
+# the page has all texts, and no others.
 # usage: words.sh
-# Leaves to others: what is checked of the page (tests/web/words.mjs), whether a page shows bare keys (tests/web/test_language.mjs).
-# Invariant: nothing is fetched and nothing is written.
+# Leaves to others: the texts' checks (tests/web/words.mjs), whether a page shows bare keys (tests/web/test_language.mjs).
+# Invariant: nothing is fetched or written.
 set -u
 cd "$(dirname "$0")/../.." || exit
 /usr/bin/python3 - <<'END' || exit
