@@ -1,4 +1,4 @@
-"""Builds the wheel and the source archive of this folder by the standard library alone, as PEP 517 and 660 ask, so that
+"""Builds the wheel and the source archive of this folder with the standard library alone, by PEP 517 and 660, so that
 `pip install` needs no build tool and no network.
 
 Leaves to others: what is in the package (pendulumd/). Invariant: the same files make the same bytes. With LIBRARY=path the wheel has the engine
@@ -40,7 +40,7 @@ def metadata():
 
 
 def write_wheel(directory, files):
-    """A wheel of these files (name in it, bytes); its name."""
+    """Writes a wheel of files (name in the wheel, bytes); returns its name."""
     library = os.environ.get("LIBRARY")
     tag = "py3-none-" + (re.sub(r"[-.]", "_", sysconfig.get_platform()) if library else "any")
     if library:

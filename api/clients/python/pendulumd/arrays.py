@@ -1,4 +1,4 @@
-"""Answers of a pendulumd server as NumPy arrays, and as tables of pandas and xarray where these are installed.
+"""Answers of a pendulumd server as NumPy arrays, and as tables of pandas and xarray if these are installed.
 
 Leaves to others: the transport (client.py), pictures (pictures.py). Invariant: every number is the server's to the last bit;
 numbers that count or name something are integers.
@@ -15,7 +15,7 @@ import numpy as np
 
 NPZ, JSON, OCTETS = "application/x-npz", "application/json", "application/octet-stream"
 _COLUMN = re.compile(r"(\w+)(?:\[(\d+)\])?")
-# columns that count or name something; binary answers carry them as doubles
+# columns of whole numbers, which binary answers contain as doubles
 INTEGERS = {"member", "status", "mode", "event", "direction", "stable", "kind", "after", "first_flip_arm", "flips", "lambda_max_arm", "lambda_min_arm",
             "events_count", "events_direction"}
 UNITS = {"t": "s", "time": "s", "period": "s", "phi": "rad", "theta": "rad", "amplitude": "rad", "phase": "rad", "phid": "rad/s", "thetad": "rad/s", "omega": "rad/s",
@@ -25,7 +25,7 @@ UNITS = {"t": "s", "time": "s", "period": "s", "phi": "rad", "theta": "rad", "am
 
 
 def unit_of(name: str) -> str:
-    """The unit of a column by its name: of first_flip_time that of time, of final_phi that of phi; "" if it has none."""
+    """Returns the unit of a column, "" if it has none: first_flip_time has that of time, final_phi that of phi."""
     for known in (name, name.rpartition("_")[2], name.rpartition("_")[0]):
         if known in UNITS and name not in INTEGERS:
             return UNITS[known]
@@ -33,7 +33,7 @@ def unit_of(name: str) -> str:
 
 
 class Result(dict[str, Any]):
-    """Arrays by name, also as attributes: `r.phi`, and `r.lambda_` since lambda is a word of Python.
+    """Arrays by name, also as attributes: `r.phi`, and `r.lambda_`, because lambda is a keyword of Python.
 
     Rows are instants (or members), columns are arms. `stats` is a dict, `warnings` a list of texts, `request` what was asked.
     A time that never comes is NaN.
@@ -42,7 +42,7 @@ class Result(dict[str, Any]):
     request: Mapping[str, Any]
 
     def of(self, request: Mapping[str, Any]) -> Result:
-        """Notes which request this answers."""
+        """Stores the request of this answer."""
         object.__setattr__(self, "request", request)
         return self
 
@@ -66,7 +66,7 @@ class Result(dict[str, Any]):
         return result_html(self)
 
     def plot(self, *names: str, ax: Any = None) -> Any:
-        """Draws columns over time (or a map of two axes) with matplotlib; returns its axes. names: "phi", "energy_total", ...; by default the first."""
+        """Plots columns against time (or a map of two axes) with matplotlib; returns its axes. names: "phi", "energy_total", ...; by default the first."""
         from .pictures import plot
         return plot(self, names, ax)
 
@@ -81,7 +81,7 @@ class Result(dict[str, Any]):
         return {name: value for name, value in arrays.items() if len(value) == rows}
 
     def columns(self) -> dict[str, Any]:
-        """Arrays of one dimension by the names that columns have in the CSV: phi_1, z_re_2, energy_total."""
+        """Returns one-dimensional arrays by the names of the CSV's columns: phi_1, z_re_2, energy_total."""
         columns: dict[str, Any] = {}
         for name, value in self._tables().items():
             parts = {name + "_re": value.real, name + "_im": value.imag} if np.iscomplexobj(value) else {name: value}
@@ -90,7 +90,7 @@ class Result(dict[str, Any]):
         return columns
 
     def axes(self) -> dict[str, Any]:
-        """The values of the axes of a grid by their names, the fastest first: {"theta_1": [...], "theta_2": [...]}; {} without a grid."""
+        """Returns the values on the axes of a grid by their names, the fastest first: {"theta_1": [...], "theta_2": [...]}; {} without a grid."""
         found = {}
         for axis in self.request.get("grid", ()):
             values = axis.get("values")
@@ -110,7 +110,7 @@ class Result(dict[str, Any]):
             yield Result({name: value[begin:end] for name, value in tables.items()}).of(self.request)
 
     def to_pandas(self) -> Any:
-        """A pandas.DataFrame of `columns`; a grid's axes are columns too; `attrs` are the statistics and units."""
+        """Returns a pandas.DataFrame of `columns`; a grid's axes are columns too; `attrs` are the statistics and units."""
         import pandas  # type: ignore[import]
         columns = self.columns()
         axes = self.axes()
@@ -122,7 +122,7 @@ class Result(dict[str, Any]):
         return frame.set_index("t") if "t" in frame and "member" not in frame else frame
 
     def to_xarray(self) -> Any:
-        """An xarray.Dataset over t, member or the axes of a grid, and over arm; arrays have their units in `attrs`."""
+        """Returns an xarray.Dataset over t, member or the axes of a grid, and over arm; arrays have their units in `attrs`."""
         import xarray
         tables, axes = self._tables(), self.axes()
         arms = max((v.shape[1] for v in tables.values() if v.ndim == 2), default=0)
@@ -142,7 +142,7 @@ class Result(dict[str, Any]):
         return xarray.Dataset(fields, coords, dict(self.get("stats", {})))
 
     def _rows(self, tables: Mapping[str, Any], axes: Mapping[str, Any]) -> tuple[list[str], list[int]]:
-        """The dimensions of the rows, the slowest first, and their sizes."""
+        """Returns the dimensions of the rows, the slowest first, and their sizes."""
         count = len(next(iter(tables.values()), ()))
         members = int(np.prod([len(values) for values in axes.values()])) if axes else len(np.unique(tables["member"])) if "member" in tables else 0
         names, sizes = (list(axes)[::-1], [len(values) for values in axes.values()][::-1]) if axes else (["member"], [members])
@@ -155,7 +155,7 @@ class Result(dict[str, Any]):
 
 
 def _whole(name: str, value: Any) -> Any:
-    """Numbers that count or name something as integers, unless some are missing."""
+    """Converts counts and numbers of arms to integers, unless some are missing."""
     if name in INTEGERS and isinstance(value, np.ndarray) and value.dtype.kind == "f" and np.isfinite(value).all():
         return value.astype(np.int64)
     return value
@@ -170,7 +170,7 @@ def _from_npz(data: bytes) -> Result:
 
 
 def _from_json(value: Any, name: str = "") -> Any:
-    """Lists of numbers become arrays, {re, im} complex ones, objects Results."""
+    """Converts lists of numbers to arrays, {re, im} to complex arrays, and objects to Results."""
     if isinstance(value, dict):
         if set(value) == {"re", "im"}:
             return np.array(value["re"], float) + 1j * np.array(value["im"], float)
@@ -188,12 +188,12 @@ def width_of(columns: str) -> int:
 
 
 def bytes_of(request: Mapping[str, Any]) -> int:
-    """The size of a number in the rows of a request's answer, in bytes."""
+    """Returns the bytes per number in the rows of a request's answer."""
     return 4 if request.get("number") == "float32" else 8
 
 
 def from_octets(columns: str, data: bytes, each: int = 8) -> Result:
-    """The arrays of rows of numbers of `each` bytes; columns is "t,phi[4],z_re[4],z_im[4]"."""
+    """Returns the arrays in rows of numbers of `each` bytes; columns is "t,phi[4],z_re[4],z_im[4]"."""
     rows, result, at = np.frombuffer(data, f"<f{each}").reshape(-1, width_of(columns)), Result(), 0
     for name, count in _COLUMN.findall(columns):
         result[name] = rows[:, at:at + int(count)] if count else _whole(name, rows[:, at])
@@ -211,6 +211,6 @@ def result_of(headers: Any, data: bytes, each: int = 8) -> Result:
         return from_octets(headers["X-Columns"], data, each)
     found: Result = _from_json(json.loads(data))
     for name in [name for name, value in found.items() if isinstance(value, Result) and name != "stats"]:
-        # the names of binary answers, as energy_total
+        # as in binary answers: energy_total
         found |= {f"{name}_{part}": np.asarray(value) for part, value in found[name].items() if isinstance(value, (int, float, np.ndarray))}
     return Result(found | {"stats": dict(found.get("stats", {})), "warnings": found.get("warnings", [])})

@@ -1,4 +1,4 @@
-"""Lines to a pendulumd server: requests, refusals that are repeated, streams, jobs and files.
+"""Connections to a pendulumd server: requests, repeated if refused temporarily, streams, jobs and files.
 
 Leaves to others: the fields of a request (pendulum.py), arrays (arrays.py). Invariant: an answer that was cut off is never
 returned as if it were whole.
@@ -43,12 +43,12 @@ Path = Union[str, "os.PathLike[str]"]
 Progress = Union[bool, Callable[["Job"], Any], None]
 _task: contextvars.ContextVar[Any] = contextvars.ContextVar("task", default=None)  # set in a thread that runs for a coroutine
 _met: set[str] = set()  # servers that have answered this process: only these are waited for when they do not answer
-# Answers with arrays of many rows, which NPZ carries whole. Other answers have parts that only JSON has, and are small.
+# Answers with arrays of many rows, which NPZ contains completely. Other answers are small, and have parts that only JSON has.
 ROWS = ("trajectories", "ensembles", "lyapunov", "sections")
 
 
 class NoServer(ConnectionError):
-    """No server answers at the address, and none has answered this process there."""
+    """No server answers at the address, and none has answered there before."""
 
 
 class Problem(Exception):
@@ -77,7 +77,7 @@ def body_of(request: Body) -> bytes:
 
 
 def accept_of(path: Path) -> str:
-    """The media type that the suffix of a file's name stands for."""
+    """Returns the media type for the suffix of a file's name."""
     suffix = os.path.splitext(path)[1].lower()
     if suffix not in SUFFIXES:
         raise ValueError(f"{os.fspath(path)!r} must end with one of {' '.join(SUFFIXES)}")
@@ -85,7 +85,7 @@ def accept_of(path: Path) -> str:
 
 
 def _seconds(text: Optional[str]) -> float:
-    """The seconds of a Retry-After, which may be a date; 0 if it cannot be read."""
+    """Returns the seconds of a Retry-After field, which may be a date; 0 if it is invalid."""
     try:
         return float(text or "")
     except (TypeError, ValueError):
@@ -259,7 +259,7 @@ class Client:
             connection.close()
 
     def submit(self, route: str, request: Body, key: Optional[str] = None, title: Optional[str] = None) -> Job:
-        """Submits a request as a job. With the same `key` (a word without blanks) it is the same job again; `title` names it in lists."""
+        """Submits a request as a job. The same `key` (a word without blanks) returns the same job; `title` names it in lists."""
         named = {"Job-Title": urllib.parse.quote(title)} if title else {}
         headers, data = self._ask("POST", f"/v1/{route}", body_of(request),
                                   **{"Prefer": "respond-async", "Idempotency-Key": key or uuid.uuid4().hex, **named})
@@ -268,15 +268,15 @@ class Client:
         return Job(self, json.loads(data))
 
     def get(self, path: str) -> Any:
-        """The JSON at a path: client.get("/v1/presets")."""
+        """Returns the JSON at a path: client.get("/v1/presets")."""
         return json.loads(self._ask("GET", path)[1])
 
     def job(self, id: str) -> Job:
-        """The job with this id."""
+        """Returns the job with this id."""
         return Job(self, self.get(f"/v1/jobs/{urllib.parse.quote(id)}"))
 
     def jobs(self, **which: Any) -> Iterator[Job]:
-        """Your jobs, the newest first; needs a token. Filters: status="running", operation="ensembles", title="flips",
+        """Returns your jobs, the newest first; needs a token. Filters: status="running", operation="ensembles", title="flips",
         since="2026-01-31T09:30:00Z"."""
         path: Optional[str] = "/v1/jobs?" + urllib.parse.urlencode({"limit": 100, **which})
         while path:
@@ -286,7 +286,7 @@ class Client:
 
 
 class Job:
-    """A request that the server computes in the background. `client.job(job.id)` finds it again, also in another process."""
+    """A request that the server computes in the background. `client.job(job.id)` returns it again, also in another process."""
 
     def __init__(self, client: Client, state: dict[str, Any]) -> None:
         self.client, self.state = client, state
@@ -377,7 +377,7 @@ class Job:
         yield from self.client._blocks("GET", f"/v1/jobs/{self.id}/results", None, rows, bytes_of(self.request()))
 
     def _fetch(self, accept: str, sink: BinaryIO, etag: str) -> Any:
-        """Appends the missing bytes of the results with this ETag ("" = not known yet) to sink; returns the header fields."""
+        """Appends the missing bytes of the results with this ETag ("" = unknown) to sink; returns the header fields."""
         end = time.monotonic() + self.client.patience
         while True:
             have = sink.seek(0, os.SEEK_END)
@@ -414,7 +414,7 @@ class _Response(http.client.HTTPResponse):
 
 
 def _warn(response: Any) -> None:
-    """Issues the warnings of an answer whose format has no place for them."""
+    """Issues the warnings of an answer whose format cannot contain them."""
     for text in (response.headers.get_all("X-Warning") or []) + (response.trailers and response.trailers.get_all("X-Warning") or []):
         warnings.warn(text, stacklevel=3)
 
@@ -422,7 +422,7 @@ def _warn(response: Any) -> None:
 @contextlib.contextmanager
 def _replacing(path: Path, kept: str = "") -> Iterator[Any]:
     """A temporary file that replaces the file at `path` when the block ends without an exception. A device or a pipe is written directly.
-    kept: a suffix under which a later run finds the bytes of an interrupted one."""
+    kept: a suffix for the file of an interrupted download, which a later run continues."""
     path = os.path.realpath(path)
     old = os.stat(path) if os.path.exists(path) else None
     if old and not stat.S_ISREG(old.st_mode):
@@ -449,7 +449,7 @@ def _replacing(path: Path, kept: str = "") -> Iterator[Any]:
 
 
 def _kept(part: str) -> Any:
-    """Opens the partial download for this process alone; BlockingIOError if another process has it."""
+    """Opens the partial download exclusively; BlockingIOError if another process has it."""
     while True:
         sink = open(part, "ab+")
         if not fcntl:
@@ -462,7 +462,7 @@ def _kept(part: str) -> Any:
 
 
 def _bar() -> Callable[[Job], Any]:
-    """A progress bar: that of tqdm, which notebooks draw, if it is installed, else a line on standard error."""
+    """A progress bar: tqdm's if it is installed, which notebooks draw, otherwise a line on standard error."""
     try:
         from tqdm.auto import tqdm  # type: ignore[import]
         bar = tqdm(total=100, unit="%")

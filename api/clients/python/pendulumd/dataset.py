@@ -1,4 +1,4 @@
-"""Sets of motions for machine learning: splits whose members never overlap, in shards, with a card of them.
+"""Sets of motions for machine learning: splits whose members never overlap, in shards, with a card.
 
     from pendulumd import Pendulum
     from pendulumd.dataset import dataset
@@ -41,7 +41,7 @@ CONTEXT = {"@language": "en", "@vocab": "https://schema.org/", "sc": "https://sc
 
 
 def _shards(splits: Mapping[str, int], size: int, ending: str) -> Iterator[tuple[str, int, int]]:
-    """(name, first member, members) of each shard: the splits lie one behind the other in one sequence of draws."""
+    """Returns (name, first member, members) of each shard; the splits follow each other in one sequence of random members."""
     first = 0
     for split, count in splits.items():
         if not re.fullmatch(r"[A-Za-z0-9_]+", split) or count < 1:
@@ -62,7 +62,7 @@ def _digest(path: str) -> str:
 
 
 def _keep(folder: str, text: bytes, names: Iterable[str]) -> None:
-    """The request of the set lies beside it: another one is no continuation, and files without one are nobody knows whose."""
+    """Writes the set's request beside it, or checks that it is the same; refuses a folder that has files but no request."""
     path = os.path.join(folder, REQUEST)
     if not os.path.exists(path):
         for name in names:
@@ -79,7 +79,7 @@ def _keep(folder: str, text: bytes, names: Iterable[str]) -> None:
 
 @contextlib.contextmanager
 def _alone(folder: str) -> Iterator[None]:
-    """Nobody else makes the set in this folder meanwhile, where the system can tell."""
+    """Locks the folder, so that no other process makes a set there, if the system supports locks."""
     os.makedirs(folder, exist_ok=True)
     place = os.open(folder, os.O_RDONLY) if fcntl else -1
     try:
@@ -97,12 +97,12 @@ def _alone(folder: str) -> Iterator[None]:
 
 
 def _key(folder: str, body: Mapping[str, Any]) -> str:
-    """Of a shard's job: it is found again by who goes on in this folder, and is nobody else's, since it is removed when the shard is here."""
+    """Returns the key of a shard's job, by which a later run in this folder finds it; the job is removed with the finished shard."""
     return hashlib.sha256(f"{platform.node()}\0{os.path.abspath(folder)}\0".encode() + body_of(body)).hexdigest()[:48]
 
 
 def _columns(job: Any) -> list[str]:
-    """The names of the columns, as the first line of the CSV has them."""
+    """Returns the names of the columns, from the first line of the CSV."""
     headers = {"Accept": "text/csv", "Range": "bytes=0-65535"}
     connection, response = job.client._open("GET", f"/v1/jobs/{job.id}/results", None, headers)
     try:
@@ -112,7 +112,7 @@ def _columns(job: Any) -> list[str]:
 
 
 def _fetch(client: Any, folder: str, wanted: Sequence[tuple[str, Mapping[str, Any]]], progress: Any) -> Optional[list[str]]:
-    """Computes and saves the shards that are not there, some jobs ahead; the names of their columns, None where all were there."""
+    """Computes and saves the missing shards, some jobs ahead; returns the names of their columns, None if no shard was missing."""
     waiting: list[tuple[str, Any]] = []
     columns: Optional[list[str]] = None
     for at in range(len(wanted) + AHEAD):
@@ -136,7 +136,7 @@ def _field(path: str, source: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _records(columns: Sequence[str], splits: Iterable[str]) -> list[dict[str, Any]]:
-    """The splits, and the members with a column for their split, which the names of files begin with."""
+    """Describes the splits, and the members with a column for their split, with which the names of files begin."""
     split: dict[str, Any] = _field("members/split", {"fileProperty": "filename"}) | {"dataType": "sc:Text", "references": {"field": {"@id": "splits/name"}}}
     split["source"]["transform"] = {"regex": "^([A-Za-z0-9_]+)-[0-9]+-of-"}
     name = {"@type": "cr:Field", "@id": "splits/name", "name": "splits/name", "dataType": "sc:Text"}
@@ -147,7 +147,7 @@ def _records(columns: Sequence[str], splits: Iterable[str]) -> list[dict[str, An
 
 
 def _card(folder: str, names: Sequence[str], columns: Sequence[str], splits: Iterable[str], card: Mapping[str, Any], kind: str) -> dict[str, Any]:
-    """The set in the words of Croissant 1.0: its files with their digests and sizes, its columns, its splits."""
+    """Describes the set by Croissant 1.0: its files with digests and sizes, its columns, its splits."""
     files = [{"@type": "cr:FileObject", "@id": name, "name": name, "contentUrl": name, "sha256": _digest(os.path.join(folder, name)),
               "contentSize": f"{os.path.getsize(os.path.join(folder, name))} B", "encodingFormat": "application/json" if name == REQUEST else kind}
              for name in [REQUEST, *names]]
@@ -163,7 +163,7 @@ def _card(folder: str, names: Sequence[str], columns: Sequence[str], splits: Ite
 
 def dataset(pendulum: Any, folder: Any, splits: Mapping[str, int], *, draw: Any, card: Mapping[str, Any], seed: int = 0, shard: int = 10000, form: str = ".parquet",
             progress: Any = None, **fields: Any) -> dict[str, Any]:
-    """Makes a set in `folder`, or goes on with one that was begun there; its card, which is croissant.json there.
+    """Makes a set in `folder`, or continues one begun there; returns its card, also written there as croissant.json.
 
     splits  members of each: {"train": 80000, "validation": 10000, "test": 10000}
     draw    what is drawn for each member, by `seed`; `fields` are those of /v1/ensembles: duration, observables, output, ...
@@ -183,7 +183,7 @@ def dataset(pendulum: Any, folder: Any, splits: Mapping[str, int], *, draw: Any,
         if columns is None:  # all shards are there: a job of one member tells their columns
             few = request | {"random": {"count": 1, "seed": seed, "draw": draw}}
             columns = _columns(pendulum.client.submit("ensembles", few, key=hashlib.sha256(body_of(few)).hexdigest()[:48]).wait())
-        # the word by which readers of Croissant know Parquet
+        # Croissant's media type of Parquet
         return _card(folder, [name for name, _, _ in shards], columns, splits, card, "application/x-parquet" if form == ".parquet" else "text/csv")
 
 
@@ -199,7 +199,7 @@ def _varint(data: bytes, at: int) -> tuple[int, int]:
 
 
 def _thrift(data: bytes, at: int, kind: int = 12) -> tuple[Any, int]:
-    """A value of Thrift's compact protocol, of which Parquet's descriptions are made; a struct is a dict by number."""
+    """Reads a value of Thrift's compact protocol, which Parquet's metadata use; a struct becomes a dict by number."""
     if kind in (1, 2):
         return kind == 1, at
     if kind in (4, 5, 6):
@@ -239,7 +239,7 @@ def _footer(data: bytes) -> dict[int, Any]:
 
 
 def read_parquet(data: bytes) -> dict[str, Any]:
-    """The columns of a Parquet file that pendulumd wrote (plain numbers, not compressed), by name; NumPy alone is needed."""
+    """Returns the columns of a Parquet file from pendulumd (plain numbers, not compressed) by name; needs only NumPy."""
     footer = _footer(data)
     names = [element[4].decode() for element in footer[2][1:]]
     columns: dict[str, list[Any]] = {name: [] for name in names}
@@ -257,8 +257,8 @@ def _bytes(href: str) -> bytes:
 
 
 def manifest(folder: Union[str, os.PathLike[str]]) -> dict[str, Any]:
-    """Checks the files of parts in a folder, and writes and returns its manifest.json. A missing part, and a file that is not
-    the one its .sha256 names, is a ValueError."""
+    """Checks the files of parts in a folder, and writes and returns its manifest.json. A missing part, or a file that
+    differs from its .sha256, is a ValueError."""
     folder = os.fspath(folder)
     files: list[dict[str, Any]] = []
     for name in sorted(os.listdir(folder)):

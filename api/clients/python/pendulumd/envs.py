@@ -1,4 +1,4 @@
-"""Environments of reinforcement learning by Gymnasium's interface: many pendulums a step, by the engine in this process.
+"""Environments of reinforcement learning by Gymnasium's interface: many pendulums per step, by the engine in this process.
 
     from pendulumd.envs import CartPole
     envs = CartPole(4096)
@@ -56,7 +56,7 @@ except ImportError:
 
 
 def _driven(pendulum: dict[str, Any]) -> tuple[dict[str, Any], dict[str, float]]:
-    """A pendulum by its arms, with a torque in every joint and a force on a cart, and its own constants of these by their names."""
+    """A pendulum with a torque in every joint and a force on a cart, given by its arms and its own constants by name."""
     tree = Local().call("trees", {"pendulum": pendulum})
     made = {name: tree[name] for name in ("arms", "gravity", "drag_per_mass", "control", "pivot") if name in tree}
     cart = made.get("pivot", {}).get("cart")
@@ -70,7 +70,7 @@ def _driven(pendulum: dict[str, Any]) -> tuple[dict[str, Any], dict[str, float]]
 
 
 class VectorEnv(_Vector):  # type: ignore[misc]
-    """`num_envs` copies of a pendulum; a subclass says what is observed, rewarded and when an episode ends.
+    """`num_envs` copies of a pendulum; a subclass defines observations, rewards and the end of an episode.
 
     state    (num_envs, 2 n + 1): theta of every arm, rad, the rates, rad/s, place, m, and speed, m/s, of a cart, and the time, s
     threads  that compute side by side
@@ -98,17 +98,17 @@ class VectorEnv(_Vector):  # type: ignore[misc]
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._rng = np.random.default_rng()
 
-    # what a subclass says
+    # defined by a subclass
 
     single_observation_space: Any = None
     single_action_space: Any = None
 
     def start(self, rng: np.random.Generator, count: int) -> Any:
-        """(count, 2 n) states at which episodes begin, at the time 0."""
+        """Returns (count, 2 n) states at the start of episodes, time 0."""
         return np.zeros((count, self.state.shape[1] - 1))
 
     def inputs(self, actions: Any) -> Any:
-        """(num_envs, actuators) torques, N m, and forces, N, of actions."""
+        """Returns (num_envs, actuators) torques, N m, and forces, N, for actions."""
         return actions
 
     def observe(self, state: Any) -> Any:
@@ -153,7 +153,7 @@ class VectorEnv(_Vector):  # type: ignore[misc]
         return self._observation(), reward, terminated, truncated, {}
 
     def advance(self, inputs: Any) -> int:
-        """Moves `state` by a step with these torques and forces, without limits, rewards and ends; returns how many failed (they are NaN)."""
+        """Moves `state` by a step with these torques and forces, without limits, rewards and ends; returns the number of failures (states of NaN)."""
         self._inputs[:, self._driven] = inputs
         return self._steps(self.state, self._inputs)
 
@@ -161,7 +161,7 @@ class VectorEnv(_Vector):  # type: ignore[misc]
         return np.asarray(self.observe(self.state), self.single_observation_space.dtype)
 
     def render(self) -> Any:
-        """A picture of the first pendulum, (300, 300, 3) bytes, by matplotlib."""
+        """Draws the first pendulum, (300, 300, 3) bytes, by matplotlib."""
         from .pictures import frame
         n = self.state.shape[1] // 2
         arms = n - ("cart" in self.tree.fields.get("pivot", {}))
@@ -256,7 +256,7 @@ class Pendulum(VectorEnv):
 
 
 class Acrobot(VectorEnv):
-    """Two bodies of 1 kg, 1 m and 1 kg m^2 with a motor of -1 (0), 0 (1) or 1 N m (2) in the second joint; the tip is to rise 1 m above the pivot. Observed: cosine and sine of the first angle and of the second one against the first, their rates."""
+    """Two bodies of 1 kg, 1 m and 1 kg m^2 with a motor of -1 (0), 0 (1) or 1 N m (2) in the second joint; the goal is a tip 1 m above the pivot. Observed: cosine and sine of the first angle and of the second one against the first, their rates."""
 
     pendulum = {"length": [1.0, 1.0], "mass": [0.0, 0.0], "parent": [0, 1], "gravity": 9.8, "body": [{"mass": 1.0, "center": 0.5, "inertia": 1.0}] * 2}
     actuators = (2,)
@@ -289,7 +289,7 @@ class Acrobot(VectorEnv):
 
 
 class DoubleCartPole(VectorEnv):
-    """Two rods of 0.6 m and 0.1 kg, one upon the other, on a cart of 1 kg that is pushed by at most 10 N, to be kept upright. Observed: x, sines and cosines from upright, the speed, the rates."""
+    """Two rods of 0.6 m and 0.1 kg, one on the other, to be kept upright on a cart of 1 kg that is pushed by at most 10 N. Observed: x, sines and cosines from upright, the speed, the rates."""
 
     pendulum = {"length": [0.6, 0.6], "mass": [0.0, 0.0], "parent": [0, 1], "rod": [0.1, 0.1], "gravity": 9.81, "pivot": {"cart": {"mass": 1.0}}}
     actuators = ("cart",)

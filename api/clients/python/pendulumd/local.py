@@ -1,4 +1,4 @@
-"""The engine in this process: the answers of a server without one, by the shared library libpendulum.so.
+"""The engine in this process: the answers of a server, computed by the shared library libpendulum.so.
 
 Leaves to others: what a request is (the server's /docs), servers (client.py). Invariant: an answer has the bytes that a server on this
 processor sends, except compute_seconds. The interpreter's lock is free while the engine computes, so threads compute side by side.
@@ -26,7 +26,7 @@ _library: Any = None
 
 
 def _load() -> Any:
-    """The library: PENDULUM_LIBRARY, or one beside this file, or the system's."""
+    """Loads the library: PENDULUM_LIBRARY, or one beside this file, or the system's."""
     global _library
     with _lock:
         if _library is not None:
@@ -49,7 +49,7 @@ def _load() -> Any:
 
 
 class Local:
-    """Answers requests in this process, as Client does by a server. It has no jobs: `call` in a thread or a process of your own is one."""
+    """Answers requests in this process, as Client does by a server. It has no jobs: use `call` in a thread or a process of your own."""
 
     def __init__(self) -> None:
         self._engine = _load()
@@ -108,7 +108,7 @@ class Local:
         """Yields Results of at most `rows` rows each, while they are computed."""
         each, data, size, columns = bytes_of(request), b"", 0, ""
         head: Any = {}
-        # a thread of its own: between two blocks the caller may send other requests
+        # in its own thread, because the caller may send other requests between two blocks
         with ThreadPoolExecutor(1) as pool:
             pieces: Any = self._answer(route, "", body_of(request), OCTETS, True)
             try:
@@ -151,7 +151,7 @@ def _warn(head: Any) -> None:
 
 
 class Steps:
-    """Steps of many pendulums with held torques and forces, without a request for each: what environments (envs.py) are made of.
+    """Steps of many pendulums with held torques and forces, without a request for each; used by environments (envs.py).
 
     size     coordinates: the arms of the pendulum, and a cart
     request  of an ensemble; `duration` is the time of a step. A constant `torque` or `force` other than 0 has to be there; the inputs
@@ -170,7 +170,7 @@ class Steps:
         self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
 
     def __call__(self, state: Any, inputs: Any) -> int:
-        """Steps the rows of `state` in place and returns how many failed (they are NaN).
+        """Steps the rows of `state` in place and returns the number of failures (rows of NaN).
 
         state   (count, 2 n + 1), C-contiguous float64: all theta, all rates, place and speed of a cart, and the time of the drives
         inputs  (count, n): a torque for every arm, N m, then the force on a cart, N

@@ -1,4 +1,4 @@
-"""A pendulum whose methods ask a server, or the engine in this process.
+"""A pendulum whose methods send requests to a server, or to the engine in this process.
 
 Leaves to others: the transport (client.py, local.py), which fields there are (operations.py and the server's /docs).
 Invariant: a field that this module does not know goes to the server unchanged.
@@ -36,7 +36,7 @@ def times_of(times: Any) -> Any:
 
 
 def _text(table: Any) -> str:
-    """A table as CSV: a file in UTF-8, UTF-16 or Latin 1, a pandas.DataFrame, or a dict of columns."""
+    """Returns a table as CSV: a file in UTF-8, UTF-16 or Latin 1, a pandas.DataFrame, or a dict of columns."""
     if hasattr(table, "to_csv"):
         return str(table.to_csv(index=table.index.name is not None))
     if isinstance(table, Mapping):
@@ -52,7 +52,7 @@ def _text(table: Any) -> str:
 
 
 def _measured(tables: Any, fields: dict[str, Any]) -> dict[str, Any]:
-    """The fields of a request with its tables, as `data.csv` or as a run each."""
+    """Returns the fields of a request with its tables, as `data.csv` or as one run per table."""
     if tables is None:
         return fields
     data = fields.get("data") or {}
@@ -96,7 +96,7 @@ class Pendulum(Operations):
 
     @classmethod
     def preset(cls, name: str, client: Any = None) -> Pendulum:
-        """A ready pendulum by its name; its attributes `initial` and `times` make a motion worth watching."""
+        """Returns an example pendulum; its attributes `initial` and `times` describe a motion worth watching."""
         found = (client or Client()).get(f"/v1/presets/{urllib.parse.quote(name)}")
         made = cls(client=client, **found["pendulum"])
         made.initial, made.times = found["initial"], found["times"]
@@ -130,12 +130,12 @@ class Pendulum(Operations):
         return self.ask(ROUTES[name], **_measured(tables, given))
 
     def stream(self, times: Any, rows: int = 4096, **fields: Any) -> Iterator[Result]:
-        """The motion as Results of at most `rows` rows each while they are computed, of any length in little memory."""
+        """Yields the motion as Results of at most `rows` rows each while they are computed; needs little memory for any length."""
         stream: Iterator[Result] = self.client.stream("trajectories", self.request(times=times_of(times), **fields), rows)
         return stream
 
     def members(self, rows: int = 4096, **fields: Any) -> Iterator[Result]:
-        """The members of an ensemble one after another while they are computed, each a Result; fields as of `ensemble`."""
+        """Yields the members of an ensemble while they are computed, each a Result; fields as for `ensemble`."""
         request = self.request(**{key: times_of(value) if key == "times" else value for key, value in fields.items()})
         kept: list[Result] = []
         for block in self.client.stream("ensembles", request, rows):
@@ -149,12 +149,12 @@ class Pendulum(Operations):
             yield _joined(kept)
 
     def tree_positions(self, phi: Any) -> Any:
-        """The complex positions z = S [l e^(i phi)] of the tips at angles phi, of shape (..., n); 0 is the pivot."""
+        """Returns the complex positions z = S [l e^(i phi)] of the tips at angles phi, of shape (..., n); 0 is the pivot."""
         length, paths = self._lists()
         return (length * np.exp(1j * np.asarray(phi, float))) @ paths.T
 
     def _lists(self) -> tuple[Any, Any]:
-        """Lengths and the matrix S of paths, by any of the forms of a pendulum."""
+        """Returns lengths and the path matrix S of a pendulum in any form."""
         fields, arms = self.fields, self.fields.get("arms")
         if "S" in fields:
             return np.asarray(fields["L"], float), np.asarray(fields["S"], float)

@@ -1,4 +1,4 @@
-"""Pictures of pendulums and answers: SVG for notebooks, plots and animations by matplotlib where that is installed.
+"""Pictures of pendulums and answers: SVG for notebooks, plots and animations by matplotlib if that is installed.
 
 Leaves to others: the numbers (arrays.py). Invariant: a picture never asks a server.
 """
@@ -16,14 +16,14 @@ if TYPE_CHECKING:
 
 
 def _arms(pendulum: Any, phi: Any) -> tuple[Any, Any]:
-    """Begin and end of every arm at angles phi, complex, of shape (..., n)."""
+    """Returns the start and end of every arm at angles phi, complex, of shape (..., n)."""
     length, _ = pendulum._lists()
     ends = pendulum.tree_positions(phi)
     return ends - length * np.exp(1j * np.asarray(phi)), ends
 
 
 def _svg_tree(pendulum: Any, size: int = 120) -> str:
-    """The tree as it hangs, its branches spread a little."""
+    """Draws the hanging tree, with its branches spread a little."""
     length, paths = pendulum._lists()
     depth = paths.sum(axis=1)
     theta = 0.5 * np.cos(2.4 * np.arange(len(length))) * (depth > 0)
@@ -82,7 +82,7 @@ def result_html(result: Result) -> str:
 
 
 def job_html(state: dict[str, Any]) -> str:
-    """A job's progress as a bar, and what it is."""
+    """A job's progress bar and description."""
     said = [state["operation"], state["title"] or "", state["status"], f"{state['progress']} %", state["message"]]
     return (f'<progress value="{state["progress"]}" max="100"></progress> {html.escape(", ".join(filter(None, said)))}'
             f'<div><code>client.job("{html.escape(state["id"])}")</code></div>')
@@ -150,7 +150,7 @@ def frame(pendulum: Any, phi: Any, cart: float = 0.0, size: int = 300) -> Any:
 
 
 def animate(result: Result, speed: float = 1, ax: Any = None) -> Any:
-    """The motion of a result of `run` with phi or theta, 25 pictures a second."""
+    """Animates the result of a `run` with phi or theta, 25 frames per second."""
     from .pendulum import Pendulum
     if "pendulum" not in result.request or "t" not in result or not ("phi" in result or "theta" in result):
         raise ValueError("an animation needs the result of run(...) with phi or theta")

@@ -1,4 +1,4 @@
-"""The largest Lyapunov exponent of a double pendulum over its energy, 60 energies of 500 s."""
+"""The largest Lyapunov exponent of a double pendulum against its energy: 60 energies, 500 s each."""
 from pendulumd import Pendulum
 energies = [dict(vary="energy", start=-29, stop=29, count=60)]
 found = Pendulum(length=[1, 1], mass=[1, 1], parent=[0, 1]).ensemble(grid=energies, initial=dict(theta=[0, 0], thetad=[1, 1]), duration=500, observables=["lyapunov"])

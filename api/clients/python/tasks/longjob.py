@@ -1,4 +1,4 @@
-"""A long motion as a job under a key of one's own: run again after a cut, it finds the same job and goes on with the download."""
+"""A long motion as a job with a key of your own: after an interruption, the same program finds the job and continues the download."""
 import numpy as np
 from pendulumd import Pendulum
 double = Pendulum(length=[1, 1], mass=[1, 1], parent=[0, 1])

@@ -1,4 +1,4 @@
-"""Poincare sections of a double pendulum at one energy: 40 starts, passages of the first arm through hanging, one request."""
+"""Poincare sections of a double pendulum at one energy: 40 starts, passages of the first arm through the vertical, one request."""
 import numpy as np
 from pendulumd import Pendulum
 energy, starts = -15, [dict(vary="theta", arm=2, start=-1.1, stop=1.1, count=40)]
