@@ -1,12 +1,12 @@
 #!/bin/sh
-# Makes the engine for browsers if the tools for WebAssembly are installed, else an empty file: the page then asks the server for
-# every motion.
-# usage: engine.sh OUT ENGINE_C [yes|no|auto]        makes it; no: an empty file
-#        engine.sh --state OUT yes|no|auto           says whether it was made and what that means; fails if it must be there and is not
-# Leaves to others: how it is made (engine.mk), the packages that it takes (docker/packages.txt).
-# Invariant: two at once make it once; OUT is whole.
+# Builds the engine for browsers if the tools for WebAssembly are installed, else an empty file: the page then requests every
+# motion from the server.
+# usage: engine.sh OUT ENGINE_C [yes|no|auto]        builds it; no: an empty file
+#        engine.sh --state OUT yes|no|auto           prints whether it was built and what that means; fails if it is required and missing
+# Leaves to others: the build (engine.mk), the packages (docker/packages.txt).
+# Invariant: two concurrent runs build it once; OUT is complete.
 set -eu
-# a module of C and C++ with the headers and the libraries that the engine has
+# tests whether a C++ module with the engine's headers and libraries can be built
 there() {
     try=$(mktemp -d)
     printf '#include <cmath>\n#include <limits>\nextern "C" double one(double x) { return std::sin(x); }\n' >"$try/one.cpp"

@@ -4,12 +4,12 @@
 //     const pendulum = new Pendulum({ length: [1, 1], mass: [1, 1], parent: [0, 1] });
 //     const motion = await pendulum.run({ initial: { theta: [2, 2.5] }, times: { stop: 5, step: 0.01 } });
 //
-// Leaves to others: which fields there are (openapi.ts, made from the server's OpenAPI document); fields that are not in it go to
-// the server as `more`. Invariant: an answer that was cut off is never given out as if it were whole.
+// Leaves to others: the types of fields (openapi.ts, generated from the server's OpenAPI document); other fields are sent to
+// the server as `more`. Invariant: an incomplete answer is never returned as if it were complete.
 import type { components } from "./openapi.js";
 
 type Schemas = components["schemas"];
-/** What a route takes beside the pendulum, for each form of the request. */
+/** The fields of a route's request besides the pendulum. */
 type Without<T> = T extends unknown ? Omit<T, "pendulum"> : never;
 
 export type Tree = Schemas["Pendulum"];
@@ -19,22 +19,22 @@ export type EnsembleRequest = Without<Schemas["EnsembleRequest"]>;
 export type Output = NonNullable<Schemas["TrajectoryRequest"]["output"]>[number];
 export type Trajectory = Schemas["Trajectory"];
 export type Job = Schemas["Job"];
-/** What the numbers of rows are: doubles, or floats of 4 bytes. */
+/** The numbers in rows: doubles, or floats of 4 bytes. */
 export type NumberKind = Schemas["NumberKind"];
-/** Any further fields: of later versions of the server, say. */
+/** Any other fields, such as those of a later version of the server. */
 export type More = Record<string, unknown>;
 
 type Default = "phi" | "phid" | "lambda";
 export type MotionRequest<O extends Output = Output> = Omit<Schemas["TrajectoryRequest"], "pendulum" | "output"> & { output?: O[] };
-/** A trajectory that has what was asked for. */
+/** A trajectory with the requested outputs. */
 export type Motion<O extends Output> = Omit<Trajectory, O> & Required<Pick<Trajectory, O>>;
 type Column<O extends Output> = O extends "z" | "zd" ? `${O}_re` | `${O}_im` : O extends "energy" ? never : O;
 type Energies<O extends Output> = "energy" extends O ? "energy_kinetic" | "energy_potential" | "energy_total" : never;
-/** One instant: arrays of an arm's numbers, views of the bytes as they came. */
+/** One instant: arrays with a number per arm, as views of the received bytes. */
 export type Row<O extends Output, N extends NumberKind = "float64"> =
   { t: number } & { [K in Column<O>]: N extends "float32" ? Float32Array : Float64Array } & { [K in Energies<O>]: number };
 
-/** What the routes take beside the pendulum, and what they answer. */
+/** The requests of the routes besides the pendulum, and their answers. */
 export interface Routes {
   trees: { request: object; answer: Schemas["Tree"] };
   trajectories: { request: MotionRequest; answer: Trajectory };
@@ -52,7 +52,7 @@ export interface Routes {
   equations: { request: Without<Schemas["EquationsRequest"]>; answer: Schemas["Equations"] };
 }
 
-/** A refusal of the server; `problem.errors` names every fault. */
+/** The server refused a request; `problem.errors` names every fault. */
 export class Refusal extends Error {
   override readonly name = "Refusal";
 
@@ -62,19 +62,19 @@ export class Refusal extends Error {
 }
 
 export interface Options {
-  /** Of the server; PENDULUM_URL, or in a browser where the page comes from. */
+  /** Address of the server; PENDULUM_URL, or in a browser the origin of the page. */
   url?: string;
   /** The client's own secret, which lists and ends jobs; PENDULUM_TOKEN, or none. */
   token?: string;
-  /** Seconds that refusals for the moment, or lines that break, may last without anything being received. */
+  /** Longest time, s, for which temporary refusals and broken connections are retried without receiving anything. */
   patience?: number;
-  /** Ends the requests under way, and their computations on the server; jobs go on until `cancel`. */
+  /** Aborts the running requests and their computations on the server; jobs continue until `cancel`. */
   signal?: AbortSignal;
 }
 
 const environment = (globalThis as { process?: { env: Record<string, string | undefined> } }).process?.env ?? {};
 const TRANSIENT = [429, 502, 503, 504];
-/** Servers that have answered: one that has gone may come again, one that was never there is a wrong address. */
+/** Servers that have answered: these may come back, while a server that never answered has a wrong address. */
 const met = new Set<string>();
 const ROWS = "application/x-ndjson"; // its last line has the warnings, which others send in trailers that fetch cannot read
 const WHERE = "set its address by PENDULUM_URL or the option url";
@@ -95,7 +95,7 @@ export class Client {
     this.fields = token ? { Authorization: `Bearer ${token}` } : {};
   }
 
-  /** fetch that ends with the signal. Node.js 18's own forgets its signal if garbage is collected while it waits. */
+  /** fetch that is aborted by the signal. Node.js 18's own loses its signal if garbage is collected while it waits. */
   private async fetched(url: string, init: RequestInit): Promise<Response> {
     const signal = this.signal;
     if (!signal) return fetch(url, init);
@@ -111,7 +111,7 @@ export class Client {
     }
   }
 
-  /** An answer whose status is good, or in `good`; asks again while the server refuses for the moment. */
+  /** Returns an answer with a status below 400 or in `good`; retries while the server refuses temporarily. */
   async open(method: string, path: string, fields: Record<string, string> = {}, body?: unknown, good: number[] = []): Promise<Response> {
     const end = performance.now() + 1000 * this.patience;
     const init = {
@@ -143,7 +143,7 @@ export class Client {
     }
   }
 
-  /** The JSON at a path, or that a body is answered with; an answer that breaks off is asked for once more. */
+  /** Returns the JSON at a path, or the answer to a body; an answer that breaks off is requested once more. */
   async json<T>(method: string, path: string, body?: unknown, fields: Record<string, string> = {}): Promise<T> {
     for (let last = false; ; last = true) {
       const response = await this.open(method, path, { Accept: "application/json", ...fields }, body);
@@ -159,12 +159,12 @@ export class Client {
     return this.json("GET", "/v1/presets");
   }
 
-  /** A job by its id. */
+  /** Returns a job by its id. */
   job<T = unknown>(id: string): JobHandle<T> {
     return new JobHandle<T>(this, id);
   }
 
-  /** Your jobs, the newest first, those that suit; takes a token. */
+  /** Returns your jobs that match the filter, the newest first; needs a token. */
   async *jobs(which: { status?: Job["status"]; operation?: string; title?: string; since?: string } = {}): AsyncGenerator<Job> {
     for (let path: string | undefined = `/v1/jobs?${new URLSearchParams(Object.entries({ limit: "100", ...which }).filter((pair): pair is [string, string] => pair[1] !== undefined))}`; path; ) {
       const page: Schemas["JobList"] = await this.json("GET", path);
@@ -197,17 +197,17 @@ export class Pendulum {
     return this.client.json("POST", "/v1/trajectories", this.body(fields, more));
   }
 
-  /** The motion instant by instant while it is computed, of any length. Warnings go to console.warn at its end; the generator returns them with the stats. */
+  /** Yields the motion, of any length, instant by instant while it is computed. Warnings go to console.warn at its end; the generator returns them with the stats. */
   async *rows<O extends Output = Default, N extends NumberKind = "float64">(fields: MotionRequest<O> & { number?: N }, more: More = {}): AsyncGenerator<Row<O, N>, RowsEnd> {
     const accept = { Accept: ROWS };
     const body = this.body(fields, more);
     return yield* rowsOf<Row<O, N>>(await this.client.open("POST", "/v1/trajectories", accept, body), body.number);
   }
 
-  /** Submits a request as a job. key: with the same key it is the same job again. title: its name in lists. more: fields that are not in the OpenAPI document. */
+  /** Submits a request as a job. key: the same key returns the same job. title: its name in lists. more: fields that are not in the OpenAPI document. */
   async submit<R extends keyof Routes>(route: R, fields: Routes[R]["request"], options: { key?: string; title?: string; more?: More } = {}): Promise<JobHandle<Routes[R]["answer"]>> {
     const { key, title, more = {} } = options;
-    // one of a kind among this client's keys; nobody has to be kept from guessing it, and Node.js 18 has no global crypto
+    // unique among this client's keys; it need not be hard to guess, and Node.js 18 has no global crypto
     const own = key ?? [Date.now(), Math.random(), Math.random()].map((part) => part.toString(36).replace("0.", "")).join("-");
     const job: Job = await this.client.json("POST", `/v1/${route}`, this.body(fields, more), { Prefer: "respond-async", "Idempotency-Key": own, ...(title ? { "Job-Title": encodeURIComponent(title) } : {}) });
     if (!job.id) throw new Refusal(501, { detail: "this server stores no jobs" });
@@ -215,7 +215,7 @@ export class Pendulum {
   }
 }
 
-/** A request that is computed while nobody waits; T is what it answers. */
+/** A request that the server computes in the background; T is the type of its answer. */
 export class JobHandle<T> {
   constructor(readonly client: Client, readonly id: string) {}
 
@@ -223,7 +223,7 @@ export class JobHandle<T> {
     return this.client.json("GET", `/v1/jobs/${this.id}`);
   }
 
-  /** The job at each look at it, until it has ended. */
+  /** Yields the job's state at each poll until it has ended. */
   async *progress(): AsyncGenerator<Job> {
     for (let pause = 0.01; ; pause = Math.min(1.5 * pause, 1)) {
       const state = await this.state();
@@ -239,12 +239,12 @@ export class JobHandle<T> {
     if (state?.status !== "successful") throw new Refusal(409, { detail: `the job ${this.id} is ${state?.status}: ${state?.message}` });
   }
 
-  /** Waits, and brings the answer. */
+  /** Waits for the end and returns the answer. */
   async result(): Promise<T> {
     return JSON.parse(new TextDecoder().decode(await this.bytes("application/json")));
   }
 
-  /** Waits, and brings the results in any form; a download that breaks off goes on where it was. */
+  /** Waits for the end and returns the results in any format; a download that breaks off is resumed. */
   async bytes(accept: string): Promise<Uint8Array<ArrayBuffer>> {
     await this.ended();
     const pieces: Uint8Array[] = [];
@@ -270,7 +270,7 @@ export class JobHandle<T> {
     }
   }
 
-  /** Waits, and brings the results row by row, of any length: floats where its request asked for `number: "float32"`. */
+  /** Waits for the end and yields the results, of any length, row by row: floats if its request had `number: "float32"`. */
   async *rows<R = Record<string, number | Float32Array | Float64Array>>(): AsyncGenerator<R, RowsEnd> {
     await this.ended();
     const { number }: { number?: unknown } = await this.client.json("GET", `/v1/jobs/${this.id}/request`);
@@ -282,7 +282,7 @@ export class JobHandle<T> {
   }
 }
 
-/** Typed arrays are sent as lists; a number that JSON cannot write is refused. */
+/** Sends typed arrays as lists; refuses numbers that JSON cannot contain. */
 function plain(name: string, value: unknown): unknown {
   if (typeof value === "number" && !Number.isFinite(value)) throw new TypeError(`${name} is ${value}: numbers of a request must be finite`);
   return ArrayBuffer.isView(value) && !(value instanceof DataView) ? Array.from(value as unknown as ArrayLike<number>) : value;
@@ -292,13 +292,13 @@ function sleep(seconds: number): Promise<void> {
   return new Promise((resolve) => setTimeout(resolve, 1000 * seconds));
 }
 
-/** What a failed fetch says of why; in browsers little. */
+/** Returns the reason of a failed fetch; browsers tell little. */
 function reason(error: unknown): string {
   const { cause } = error as { cause?: { code?: string; message?: string } };
   return cause?.message || cause?.code || String(error);
 }
 
-/** Whether there was a server, and its line broke. */
+/** Whether a server answered and its connection broke. */
 function cut(error: unknown): boolean {
   return ["ECONNRESET", "EPIPE", "UND_ERR_SOCKET"].includes((error as { cause?: { code?: string } }).cause?.code ?? "");
 }
@@ -331,16 +331,16 @@ async function* chunks(response: Response): AsyncGenerator<Uint8Array> {
   }
 }
 
-/** What the last line of an application/x-ndjson says of all rows. */
+/** The last line of an application/x-ndjson answer, about all rows. */
 export interface RowsEnd {
   stats?: Record<string, unknown>;
-  /** Also written by console.warn, since `for await` drops what a generator returns. */
+  /** Also written by console.warn, because `for await` drops the value that a generator returns. */
   warnings: string[];
 }
 
 /**
- * Rows of an application/x-ndjson; parts have names of their own: `energy_total`, `z_re`. A TypeError where it breaks off. number: what
- * lists become, float32: each number is rounded to the nearest float. null, a time that never comes, becomes NaN.
+ * Yields the rows of an application/x-ndjson answer; parts of columns have their own names: `energy_total`, `z_re`. A TypeError if it
+ * breaks off. number: the type of arrays; float32 rounds each number to the nearest float. null, the time of no event, becomes NaN.
  */
 export async function* rowsOf<R>(response: Response, number: unknown = "float64"): AsyncGenerator<R, RowsEnd> {
   const Numbers = number === "float32" ? Float32Array : Float64Array;

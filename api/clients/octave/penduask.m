@@ -1,16 +1,16 @@
 function [answer, job] = penduask(route, request, varargin)
-% PENDUASK  Asks any route of a pendulumd server.
+% PENDUASK  Sends a request to any route of a pendulumd server.
 %
 %   answer = penduask('modes', struct('pendulum', pendulum))
 %   answer = penduask('ensembles', request, 'url', 'http://127.0.0.1:8080')
-%   id = penduask('ensembles', request, 'job', true)      computed while nobody waits; see PENDUJOB
+%   id = penduask('ensembles', request, 'job', true)      computed in the background; see PENDUJOB
 %   answer = penduask('/v1/presets')                      a path, by GET
 %
 %   request  a struct: numbers, texts, structs, and matrices (an array of rows). A list of one number is a cell: {2}.
 %   answer   a struct of the arrays; rows are instants or members, columns are arms; answer.stats, answer.warnings
 %
-%   Options: 'url' (PENDULUM_URL), 'token' (PENDULUM_TOKEN), 'patience' (60: s that a refusal for the moment may last), 'job' (true,
-%   or a key of your own: the same key leads to the same job), 'title' (what to call the job), 'progress'.
+%   Options: 'url' (PENDULUM_URL), 'token' (PENDULUM_TOKEN), 'patience' (60: s for which temporary refusals are retried), 'job' (true,
+%   or a key of your own: the same key returns the same job), 'title' (the job's name), 'progress'.
 options = pendu_options(varargin);
 if route(1) == '/'
     answer = pendu_answer('GET', route, '', options, {});

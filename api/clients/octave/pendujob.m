@@ -1,13 +1,13 @@
 function answer = pendujob(id, what, varargin)
-% PENDUJOB  The jobs of a pendulumd server: what it computes while nobody waits.
+% PENDUJOB  The jobs of a pendulumd server, which it computes in the background.
 %
-%   answer = pendujob(id)             waits for the end, and brings the answer (PENDUASK); 'progress', false shows nothing
-%   state = pendujob(id, 'status')    how far it is: state.status, state.progress (percent), state.message
-%   state = pendujob(id, 'cancel')    ends it
-%   jobs = pendujob()                 yours, the newest first, an array of structs; takes a token
-%   jobs = pendujob('?status=running&title=flips')   those that suit, as the interface's GET /v1/jobs has it
+%   answer = pendujob(id)             waits for the end and returns the answer (PENDUASK); 'progress', false shows nothing
+%   state = pendujob(id, 'status')    its state: state.status, state.progress (percent), state.message
+%   state = pendujob(id, 'cancel')    cancels it
+%   jobs = pendujob()                 your jobs, the newest first, an array of structs; needs a token
+%   jobs = pendujob('?status=running&title=flips')   the jobs that match, with the parameters of GET /v1/jobs
 %
-%   Options of PENDUASK follow: pendujob(id, 'result', 'url', url), pendujob('?status=running', 'url', url). A download that breaks off goes on where it was.
+%   Options of PENDUASK may follow: pendujob(id, 'result', 'url', url), pendujob('?status=running', 'url', url). A download that breaks off is resumed.
 if nargin == 0
     id = '?limit=100';
 end
@@ -50,7 +50,7 @@ answer = pendu_answer('GET', [path '/results'], '', options, {});
 end
 
 function list = listed(path, options)
-% all jobs of a list, which comes in pages
+% all jobs of a list, which has pages
 found = {};
 while ~isempty(path)
     page = pendu_answer('GET', path, '', options, {});
@@ -74,7 +74,7 @@ list = alike(found);
 end
 
 function list = alike(list)
-% an array of structs, as jobs are told, some of which have fields that others lack: empty there
+% an array of structs from jobs, with empty values for the fields that a job lacks
 if ~iscell(list)
     return
 end

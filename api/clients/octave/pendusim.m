@@ -7,19 +7,19 @@ function [phi, phid, lambda, stats, answer] = pendusim(L, m, S, phi0, phid0, t, 
 %   L, m         lengths (m) and masses (kg) of the n arms
 %   S            connectivity matrix, n x n
 %   phi0, phid0  angles from the positive real axis (rad) and their rates (rad/s) at t(1)
-%   t            N instants (s), rising or falling
+%   t            N instants (s), ascending or descending
 %
 %   phi, phid, lambda  n x N: angles, rates, compression forces (N). Columns are the instants.
-%   stats              what the computation took, and up to when its digits hold (stats.horizon)
-%   A fifth result has all that was answered, rows the instants: with 'output', {'phi', 'z'} the positions of the tips.
+%   stats              statistics of the computation, and the time up to which it is accurate (stats.horizon)
+%   A fifth result has the whole answer, with instants as rows: with 'output', {'phi', 'z'} also the positions of the tips.
 %
-%   Options are any fields of POST /v1/trajectories, by name and value; 'method' is 'taylor' by default, and 'ode23' as the paper
-%   has it. Those of the pendulum itself go into 'pendulum': struct('gravity', 1.62), or of a real pendulum
-%   struct('damping', [0.1; 0.2], ...), a number an arm ({0.1} where there is one arm). Besides: 'url' and 'token' of the server
+%   Options are any fields of POST /v1/trajectories, by name and value; 'method' is 'taylor' by default; the paper uses
+%   'ode23'. Fields of the pendulum itself go into 'pendulum': struct('gravity', 1.62), or of a real pendulum
+%   struct('damping', [0.1; 0.2], ...), one number per arm ({0.1} for one arm). Besides: 'url' and 'token' of the server
 %   (or PENDULUM_URL and PENDULUM_TOKEN of the environment), 'patience' (60 s), 'progress' (true or false), and
 %
-%   id = pendusim(..., 'job', true)           lets the server compute it while nobody waits
-%   [phi, phid, lambda, stats] = pendusim(id) waits for it; options of PENDUASK follow: pendusim(id, 'url', url)
+%   id = pendusim(..., 'job', true)           lets the server compute it in the background
+%   [phi, phid, lambda, stats] = pendusim(id) waits for it; options of PENDUASK may follow: pendusim(id, 'url', url)
 %
 %   See also PENDUASK, PENDUJOB.
 if ischar(L) % the id of a job, and options
@@ -63,7 +63,7 @@ else
     request.pendulum = pendulum;
     answer = penduask('trajectories', request, options{:});
     if ischar(answer)
-        phi = answer; % of a job: its id
+        phi = answer; % a job's id
         return
     end
 end
@@ -78,7 +78,7 @@ end
 end
 
 function parent = parents(S)
-% which arm each arm hangs on, 0 the pivot: of those on its way the one with the longest way. Real pendulums are told so.
+% the parent of each arm, 0 = the pivot: among the arms on its path, the one with the longest path. Real pendulums need it.
 parent = zeros(1, size(S, 1));
 for k = 1:size(S, 1)
     way = S(k, :) ~= 0;
@@ -96,7 +96,7 @@ end
 end
 
 function times = instants(t)
-% many evenly spaced instants as their ends and their number, others as they are
+% many evenly spaced instants as start, stop and count; others unchanged
 t = double(t(:).');
 even = linspace(t(1), t(end), numel(t));
 if numel(t) > 20000 && all(abs(t - even) <= 4 * eps(max(abs(t))))
@@ -107,7 +107,7 @@ end
 end
 
 function value = column(answer, name)
-% columns are the instants; empty where 'output' left it out
+% columns are the instants; empty if 'output' omits it
 value = [];
 if isfield(answer, name)
     value = answer.(name).';

@@ -1,11 +1,11 @@
 function answer = pendu_answer(method, path, body, options, fields)
-% One exchange by curl, which MATLAB and Octave have on every system: a struct of a MAT-file or of JSON; a refusal is an error.
+% One request by curl, which every system has: returns a struct from a MAT-file or from JSON; a refusal is an error.
 %
 % fields   further header lines
 %
-% A refusal for the moment is repeated after its Retry-After, and a download that breaks off goes on where it was; a server that was
-% never there is told at once. Nothing goes through a shell but the name of a temporary file; the token stands in that file, which is
-% ours alone, and not in the list of processes.
+% Temporary refusals are retried after their Retry-After, and a download that breaks off is resumed; if no server ever answered,
+% this is an error at once. Only the name of a temporary file goes through a shell; the token is in that file, which only
+% the user can read, and not in the list of processes.
 persistent met % servers that have answered
 where = 'set its address by PENDULUM_URL or the option url';
 base = tempname();
@@ -26,7 +26,7 @@ while true
     if any(code == [429 502 503 504])
         said = refusal(code, text_of(files.data));
         rest = after(text_of(files.head));
-        % the refusal lies where a part may have lain
+        % the refusal is in the file of a partial download
         have = 0;
     elseif page
         error('pendusim:server', '%d: %s answers with a web page, so it is not pendulumd: %s', code, options.url, where);
@@ -40,11 +40,11 @@ while true
         answer = read(kind, files.data);
         return
     else
-        % the line broke; of results what is there already stays, by their ETag
+        % the connection broke; the received part of results is kept, with their ETag
         before = have;
         have = bytes_of(files.data);
         etag = regexp(text_of(files.head), '(?i)etag: *("[^"]*")', 'tokens');
-        if ~strcmp(method, 'GET') || isempty(etag) || failed == 33 % the range is none of this answer
+        if ~strcmp(method, 'GET') || isempty(etag) || failed == 33 % the range does not fit this answer
             have = 0;
         elseif have > before
             begin = tic();
@@ -61,9 +61,9 @@ end
 end
 
 function [kind, code, failed, said] = curl(method, path, body, options, fields, files, have)
-% kind: media type; code: of HTTP, 0 where no answer began; failed: whether it is not there whole; said: why
+% kind: media type; code: HTTP status, 0 without an answer; failed: whether it is incomplete; said: why
 fields = [fields {'Content-Type: application/json', 'Expect:'}];
-% answers with many rows, which MAT carries whole; others have parts that only JSON has
+% answers with many rows, which MAT contains completely; others have parts that only JSON has
 if any(strcmp(path, {'/v1/trajectories', '/v1/ensembles', '/v1/lyapunov', '/v1/sections'})) || ~isempty(regexp(path, '/results$', 'once'))
     fields{end + 1} = 'Accept: application/x-matlab-data, application/json;q=0.5';
 end
@@ -98,7 +98,7 @@ end
 end
 
 function seconds = after(head)
-% those of a Retry-After; 0 where there is none, or it is a date
+% the seconds of a Retry-After; 0 if there is none, or if it is a date
 words = regexp(head, '(?i)retry-after: *(\d+)', 'tokens');
 seconds = 0;
 if ~isempty(words)
@@ -114,14 +114,14 @@ else
 end
 if isfield(answer, 'warnings')
     answer.warnings = cellstr(answer.warnings);
-    shown = warning('off', 'backtrace'); % the lines of these functions say nothing
+    shown = warning('off', 'backtrace'); % the lines of these functions do not help
     warning('pendusim:accuracy', '%s', strjoin(answer.warnings(:).', char(10)));
     warning(shown);
 end
 end
 
 function text = refusal(code, text)
-% the sentences of a problem, each fault in a line
+% the text of a problem, one line per fault
 try
     problem = jsondecode(text);
     text = sprintf('%d %s', code, problem.detail);
