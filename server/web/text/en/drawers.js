@@ -64,7 +64,7 @@ export default {
   "modes.part": "mode {mode}: {angle}°",
   "modes.sumNone": "Tick modes above to add them up.",
   "modes.sumStart": "Start in this sum",
-  "modes.linear": "Show the linearized motion, pale",
+  "modes.linear": "Show the linearized motion as a pale pendulum",
   "modes.linearHint":
     "The pale pendulum obeys the linearized equations. With small amplitudes the two stay together; with large ones they separate.",
   "modes.nonlinear": "full equations",
@@ -171,7 +171,7 @@ export default {
   "equations.tooMany": "Written out for at most 20 arms.",
   "equations.parameters": "The pendulum",
   "equations.S": "Connectivity matrix S",
-  "equations.B": "B, from forces to tips",
+  "equations.B": "B: arm forces to forces on tips",
   "equations.z": "Tips z in the complex plane",
   "equations.M": "Complex mass matrix M",
   "equations.aaa": "(aaa) Equations of motion",

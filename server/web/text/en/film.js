@@ -2,18 +2,18 @@
 
 export default {
   "film.intro":
-    "Choose a film of your own pendulum, or drop it here. It stays in this browser: nothing is uploaded. Mark two points at a known distance and the pivot, then the tips, frame by frame or by their colour.",
-  "film.open": "Choose a film",
-  "film.opening": "The film is being opened.",
+    "Choose a video of your own pendulum, or drop it here. It stays in this browser: nothing is uploaded. Mark two points at a known distance and the pivot, then the tips, frame by frame or by their colour.",
+  "film.open": "Choose a video",
+  "film.opening": "The video is being opened.",
   "film.opened": "{name}: {time} s long.",
   "film.again": "{name}: {time} s long, with its earlier marks.",
-  "film.kept": "The marks of {name} are still here. Choose the film again to see them.",
-  "film.refused": "This browser cannot play {name} as a film.",
-  "film.mark": "Mark points in the film",
+  "film.kept": "The marks of {name} are still here. Choose the video again to see them.",
+  "film.refused": "This browser cannot play {name}.",
+  "film.mark": "Mark points in the video",
   "film.done": "Done",
   "film.picture":
-    "Frame of the film: arrow keys move the cross, Shift makes larger steps, Enter sets the mark, Page Down and Page Up go to the next and the previous frame, Delete removes the mark, Escape ends",
-  "film.roles": "film to be marked",
+    "Frame of the video: arrow keys move the cross, Shift makes larger steps, Enter sets the mark, Page Down and Page Up go to the next and the previous frame, Delete removes the mark, Escape ends",
+  "film.roles": "video to be marked",
   "film.tools": "Object to mark",
   "film.back": "Previous frame",
   "film.on": "Next frame",
@@ -29,7 +29,7 @@ export default {
   "film.track.colour": "a colour",
   "film.track.pattern": "a pattern",
   "film.placed": "{what}: {x} {unit} across, {y} {unit} up.",
-  "film.end": "This is the last frame of the film.",
+  "film.end": "This is the last frame of the video.",
   "film.following": "Tracking. “Done” stops it.",
   "film.followed": "Tip {arm} is marked in {count} frames.",
   "film.lost":
@@ -38,7 +38,7 @@ export default {
     "There is too little here to track: choose a place with a colour or an edge of its own.",
   "film.metres": "Length of the scale",
   "film.slow": "Slow motion: slowed down by a factor of",
-  "film.rate": "Frames per second of the film",
+  "film.rate": "Frames per second of the video",
   "film.tolerance": "Tolerance of the colour",
   "film.scaled": "Scale: {scale} pixels per metre.",
   "film.unscaled":

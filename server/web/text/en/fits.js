@@ -13,7 +13,7 @@ export default {
   "fits.role.phi": "angle φ of arm {arm}, from the horizontal",
   "fits.role.x": "x of tip {arm}",
   "fits.role.y": "y of tip {arm}",
-  "fits.role.joint": "angle of arm {arm} relative to the arm that carries it",
+  "fits.role.joint": "angle of arm {arm} relative to its parent arm",
   "fits.role.thetad": "angular velocity of arm {arm}",
   "fits.role.amplitude": "amplitude of arm {arm}",
   "fits.role.period": "period of arm {arm}, s",
@@ -47,10 +47,10 @@ export default {
   "fits.nothing": "No column contains angles or positions.",
   "fits.accepted": "The fitted motion follows the measurements.",
   "fits.rejected":
-    "The best motion found does not follow the measurements: they belong to another pendulum, or the given error is too small.",
+    "The best fit does not follow the measurements: they belong to another pendulum, or the given standard errors are too small.",
   "fits.undecided":
-    "A best pendulum was found, but the measurements are too few or too noisy to test it.",
-  "fits.no_minimum": "No best pendulum was found: the search ended too early.",
+    "The best fit was found, but the measurements are too few or too noisy to test it.",
+  "fits.no_minimum": "No best fit was found: the search ended too early.",
   "fits.explained": "The motion explains {percent} % of the variance.",
   "fits.follows": "It follows the measurements up to t = {time} s.",
   "fits.chi":

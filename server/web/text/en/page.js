@@ -96,9 +96,9 @@ export default {
   "time.now": "{time} of {duration} s",
   "time.until": "Duration, in seconds",
   "time.until.wrong": "Duration: a number from 0.1 to {most} seconds",
-  "time.marks": "marks: rod without force",
+  "time.marks": "marks: no force in an arm",
   "time.marks.long": "marks: times at which the force in an arm is zero",
-  "time.marks.arm": "marks: rod {arm} without force",
+  "time.marks.arm": "marks: no force in arm {arm}",
   "time.marks.arm.long": "marks: times at which the force in arm {arm} is zero",
   "time.trust": "shaded: not predictable after {time} s",
   "time.trust.long":

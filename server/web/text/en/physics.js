@@ -68,9 +68,9 @@ export default {
   "map.end.scale": "Final angle from the vertical, degrees",
   "map.flip": "time of the first flip over the top",
   "map.flip.scale": "First flip over the top, s (blank: none)",
-  "map.swing": "largest tension of the arm",
+  "map.swing": "largest tension in the arm",
   "map.swing.value": "tension up to {value} N",
-  "map.swing.scale": "Largest tension of the arm, N",
+  "map.swing.scale": "Largest tension in the arm, N",
   "map.chaos": "chaos: how fast neighbouring motions separate",
   "map.chaos.value": "neighbours separate at {value} /s",
   "map.chaos.scale": "Exponent, 1/s (above 0: chaos)",
@@ -83,7 +83,7 @@ export default {
   "physics.hint.body":
     "A rigid body of any shape, fixed to the arm: its mass, its center of mass and its moment of inertia.",
   "physics.hint.hanging":
-    "The point where this arm hangs, measured from the joint of the arm that carries it.",
+    "The point where this arm hangs, measured from the joint of its parent arm.",
   "physics.hint.faster":
     "The stage moves with the pivot, as seen by a passenger in the lift or the train.",
   "physics.cart": "Mass of the cart",
@@ -109,13 +109,13 @@ export default {
   "map.caught.scale": "Time until it is caught, s (blank: not caught)",
   "physics.group.stop": "Stops of the joint",
   "physics.hint.stop":
-    "The joint turns between two stops, measured from the vertical or from the arm that carries it.",
+    "The joint turns between two stops, measured from the vertical or from its parent arm.",
   "physics.coulomb": "Dry friction with sticking",
   "physics.holding": "Maximum static friction",
   "physics.stopRange": "Free range (±)",
   "physics.stopMiddle": "Middle of the range",
   "physics.restitution": "Restitution (1: elastic)",
-  "physics.table": "Torque as a table",
+  "physics.table": "Torque table",
   "physics.tableHint":
     "Time in s and torque in N·m, two numbers a line, for the chosen arm. Linear in between, 0 outside.",
   "physics.track": "Positions of the pivot as a table: s; m to the right; m upwards",
