@@ -11,8 +11,8 @@
 struct json_writer {
     struct api_writer base;
     int column; /* the column that is being written */
-    long row;   /* the next row of that column */
-    int open;   /* whether the bytes before that column's rows are written */
+    long row;   /* the next row of the column */
+    int open;   /* whether the bytes before the column's rows are written */
 };
 
 static double json_bytes(const struct api_table *table) {

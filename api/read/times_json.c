@@ -15,7 +15,7 @@ struct grid {
     long count; /* 0 = the grid is defined by its step */
 };
 
-/* the span for which start + span is exactly stop, if a double near it does this */
+/* the span for which start + span is exactly stop, if one of the nearest doubles is such */
 static double grid_span(double start, double stop) {
     double span = stop - start, up = nextafter(span, INFINITY), down = nextafter(span, -INFINITY);
     if (start + span != stop && start + up == stop) return up;

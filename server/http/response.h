@@ -15,7 +15,7 @@ struct srv_response_stream {
     void (*moved)(struct srv_exchange *exchange, uint64_t bytes);
     /** Suspends the connection until the exchange's `finish`. */
     void (*pause)(struct srv_exchange *exchange);
-    struct MHD_Response *response; /* receives the trailers */
+    struct MHD_Response *response; /* the response that gets the trailer fields */
     int broken; /* out: its computation failed, or was cancelled, before the body was complete */
 };
 

@@ -97,7 +97,7 @@ static void listener_free(struct srv_events *events, struct srv_listener *listen
     events->count--;
     atomic_fetch_sub(&events->service->listening, 1);
     srv_hold_set(&listener->hold, 0);
-    /* another report may be waiting for this one */
+    /* another report may be waiting until this one ends */
     if (listener->media_type) events_more(events, SRV_MORE_OLD);
     api_buffer_clear(&listener->text);
     listener->topic->drop(listener);

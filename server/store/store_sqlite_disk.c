@@ -7,8 +7,8 @@
 enum {
     LOG_PAGES = 1000,      /* pages of the log that start a checkpoint */
     FILE_STEP = 256 << 10, /* bytes by which the file grows */
-    /* disk space that results must leave free, so that jobs can end on a full disk; half of it for
-     * the log */
+    /* disk space that results must leave free, so that jobs can end on a full disk; the log may
+     * use half of it */
     DISK_SPARE = 4 << 20,
     /* disk space that the file must leave free however it grows, because nothing can be written
      * without the log */

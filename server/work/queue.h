@@ -29,7 +29,7 @@ struct srv_lane {
     struct srv_turns_lane at[SRV_QUEUE_LINES];
     int count;
     struct srv_road
-        own; /* the road of this lane unless `road` is set, and of lanes that name this one */
+        own; /* the road of this lane unless `road` is set, and of lanes whose `road` it is */
     struct srv_road *road; /* NULL = `own`; may be changed while the lane is empty */
 };
 
@@ -39,7 +39,7 @@ struct srv_task {
     /* Runs on a worker's thread. Returns 1 if the task should be queued again at the end of its
      * lane; after 0 the task may have been freed. */
     int (*run)(struct srv_task *task);
-    struct srv_lane *lane; /* of the client that it belongs to */
+    struct srv_lane *lane; /* the lane of the task's client */
     int level;             /* 0 = the shortest; SRV_QUEUE_READ; must not change while it waits */
     int queued;            /* used by the queue */
     int road_full; /* out of srv_queue_push: non-zero if the road was full, but the lane was not */
