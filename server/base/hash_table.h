@@ -1,4 +1,4 @@
-/* The server's one hash table: nodes inside the objects of a table, found by keys of any bytes.
+/* The server's only hash table: nodes inside the objects of a table, found by keys of any bytes.
  * Leaves to others: the objects and the memory of their keys, locks, the number of objects.
  * Invariant: a client that does not know the salt cannot choose keys that share a row (a bucket);
  * two nodes of a table never have the same key. */

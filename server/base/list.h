@@ -1,4 +1,4 @@
-/* The server's one list: links inside the objects of a list, closed to form a ring.
+/* The server's only list type: links inside the objects, closed to form a ring.
  * Leaves to others: the objects, locks.
  * Invariant: an object is in at most one list by each of its links; a link that is in no list is
  * {NULL, NULL}, and so is an empty list that was never used. */

@@ -9,7 +9,7 @@
 
 /* kind, label of the metric */
 #define SRV_MEMORY_LIST(X)                                                                         \
-    X(SRV_MEMORY_CONNECTIONS, connections)   /* libmicrohttpd's and ours, with event streams */    \
+    X(SRV_MEMORY_CONNECTIONS, connections)   /* connections and event streams */                   \
     X(SRV_MEMORY_BODIES, bodies)             /* bodies of requests */                              \
     X(SRV_MEMORY_COMPUTATIONS, computations) /* operations, compression, unfinished answers */     \
     X(SRV_MEMORY_ANSWERS, answers)           /* complete answers, cached ones included */          \
