@@ -188,8 +188,8 @@ static inline struct bodies_spot bodies_spot(const struct bodies_system *s, int 
     return (struct bodies_spot){x, y, num_sub(x, s->center_x[p]), num_sub(y, s->center_y[p])};
 }
 
-/* D N at a point of arm p: the sum of what the arm alone, its children at the same point, and its
- * other children contribute */
+/* D N at a point of arm p: the sum of the contributions of the arm alone, its children at the same
+ * point, and its others */
 static inline struct bodies_matrix bodies_remains(const struct bodies_system *s, int p,
                                                   const struct bodies_spot *at,
                                                   const struct bodies_pull *same,

@@ -58,8 +58,8 @@ VEC_INLINE void bodies_wind(const struct bodies_system *s, size_t u, size_t rate
     sum->Ti = arms_fma(arms_get(s->turn_im + u), w, sum->Ti);
 }
 
-/* computes theta, kr, m and beta of order k for the arms from a on, without what their children
- * contribute */
+/* computes theta, kr, m and beta of order k for the arms from a on, without their children's
+ * contributions */
 VEC_INLINE void bodies_prepare(const struct bodies_system *s, int a, int k, num gamma, arms Tr,
                                arms Ti, arms known) {
     size_t now = bodies_row(s, a) + (size_t)k * s->stride, next = now + s->stride;

@@ -50,7 +50,7 @@ struct ideal_known {
     double *yield, *slip_along, *slip_across, *bear, *twist;
     double *pivot_force_re,
         *pivot_force_im; /* series of the forces on tips, in the frames of the arms at the start */
-    double *across;      /* series of the forces across, if lengths vary */
+    double *across;      /* series of the forces across the arms, if lengths vary */
     const double *lift_x, *lift_y; /* series of the pivot's acceleration plus gravity; NULL if the
                                     * pivot is at rest */
 };

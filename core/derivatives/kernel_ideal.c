@@ -113,7 +113,7 @@ VEC_INLINE void ideal_dense(const struct ideal_known *s, int n, const struct ide
     }
 }
 
-/* adds order k of the torques and of the bodies' inertia to the forces across */
+/* adds order k of the torques and of the bodies' inertia to the forces across the arms */
 VEC_INLINE void ideal_load(const struct ideal_known *s, const struct ideal_group *g, int n, int k,
                            int p, struct ideal_sums sum[]) {
     for (int a = 0; a < n; a++) {

@@ -81,8 +81,8 @@ double pend_radau_sum(const struct radau *r, const double weight[RADAU_STAGES], 
 void pend_radau_differ(const struct radau *r, const double bent[], const double gain[],
                        const struct radau_state *state);
 
-/** Computes what all tries of a step share: the accelerations at its start, `begin` at kept->time,
- * and their derivatives. O(n^2). */
+/** Computes the data that all tries of a step share: the accelerations at its start, `begin` at
+ * kept->time, and their derivatives. O(n^2). */
 void pend_radau_begin(struct radau *r);
 
 /**

@@ -6,7 +6,7 @@
 #include "core/ensemble/ensemble_work.h"
 
 /**
- * Rejects what motions in pieces do not support. With controllers: exponents and horizons. With
+ * Rejects requests that pieces do not support. With controllers: exponents and horizons. With
  * joints that stick or hit stops: also negative durations, a bound, extremes and signs of forces.
  *
  * PEND_INVALID  error names an alternative.

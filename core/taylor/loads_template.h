@@ -43,7 +43,7 @@ static void loads_lift(const struct jets_system *s, int order) {
     }
 }
 
-/* adds a torque on arm a, and the opposite torque on its parent, as forces across */
+/* adds a torque on arm a, and the opposite torque on its parent, as forces across the arms */
 VEC_INLINE void loads_twist(const struct jets_system *s, int a, double torque, double *forces) {
     int p = s->parent[a];
     forces[a] += torque * s->inv_len[a];

@@ -244,8 +244,8 @@ static void choose_columns(struct api_ensemble *e, const struct api_reading *rea
     }
 }
 
-/* adds errors for what motions in pieces do not support: derivatives and horizons across jumps,
- * settling without a target */
+/* adds errors for requests that motions in pieces do not support: derivatives and horizons across
+ * jumps, settling without a target */
 static void check_pieces(const struct api_ensemble *e, const struct api_reading *reading) {
     const struct api_value *root = reading->root, *seen = API_MEMBER(root, "observables");
     const struct pend_rules *rules = e->tree.rules;

@@ -320,7 +320,7 @@ static void pieces_series(const void *stepper, struct pend_series *series) {
     p->inner->series(p->stepper, series);
 }
 
-/* saves or restores what joints need, and the stepper of the contracted pendulum */
+/* saves or restores the joints' state, and the stepper of the contracted pendulum */
 static void pieces_carry_joints(struct pieces *p, struct pend_checkpoint *checkpoint) {
     struct pend_joints *joints = p->joints;
     size_t n = (size_t)joints->n;

@@ -200,7 +200,7 @@ static double horizon_carry(struct pend_horizon *horizon, const struct pend_seri
 }
 
 /* Propagates the error from the start of a step to its end. Checks the error at the start as soon
- * as the forces there are known. Returns what the forces contribute to the error ratio. */
+ * as the forces there are known. Returns the contribution of the forces to the error ratio. */
 static double horizon_pass(struct pend_horizon *horizon, const struct pend_series *step, double x,
                            double time) {
     double ratio = horizon->end_ratio, part = 0;

@@ -199,7 +199,7 @@ VEC_INLINE void lanes_complete(const struct lanes_loads *x, int n, int k, int i,
     sum->less = num_fma(first, x->along[now - n], sum->less);
 }
 
-/* order k of point masses from its sums; stores the forces across */
+/* order k of point masses from its sums; stores the forces across the arms */
 VEC_INLINE void lanes_order(const struct lanes_loads *x, const struct dense_table *table, int n,
                             int k, const struct lanes_sums sum[]) {
     const struct jets_system *s = x->s;

@@ -131,8 +131,8 @@ VEC_INLINE void couples_chain_order(const struct jets_system *s, int k) {
     }
 }
 
-/* The known force across, divided by the order, from the result of the convolutions (`ci`, minus
- * their real parts); stores its series. `row` is the index of order k of the arms. */
+/* The known forces across the arms, divided by the order, from the result of the convolutions
+ * (`ci`, minus their real parts); stores its series. `row` is the index of order k of the arms. */
 VEC_INLINE wide couples_across(const struct jets_system *s, size_t row, int k, wide ci) {
     double *at = s->loads->cross + row;
     wide cross = wide_get(at) + ci;

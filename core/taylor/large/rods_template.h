@@ -15,7 +15,7 @@
 #include "core/taylor/large/rods_table_template.h"
 
 /* computes T and c of order k, the accelerations required along the arms, and the known forces
- * across */
+ * across them */
 VEC_INLINE void rods_known(const struct jets_system *s, const struct rods *rods, int k,
                            int torques) {
     wide share = wide_of(s->share[k]);

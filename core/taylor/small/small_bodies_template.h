@@ -31,7 +31,7 @@ struct SMALL(climb) {
     PART x[LANES], y[LANES], answer[LANES], early[LANES];
 };
 
-/* adds to `moment` what the force (x, y) of arm c exerts on its parent */
+/* adds to `moment` that of the force (x, y) of arm c on its parent */
 VEC_INLINE PART SMALL(moment)(const struct bodies_system *b, int c, PART x, PART y, PART moment) {
     moment = PART_(fma)(PART_(of)(b->place_y[c]), x, moment);
     return PART_(fma)(PART_(of)(-b->place_x[c]), y, moment);
@@ -95,8 +95,8 @@ VEC_INLINE void SMALL(pull)(const struct bodies_system *b, int a, PART kr,
     j->late[p] = SMALL(moment)(b, a, ax, ay, j->late[p]);
 }
 
-/* computes the force at the tip of arm a except what its children contribute, and adds what the arm
- * contributes to the force at its parent's tip */
+/* computes the force at the tip of arm a without its children's contributions, and adds the arm's
+ * contribution to the force at its parent's tip */
 VEC_INLINE void SMALL(tip)(const struct bodies_system *b, int a, PART kr,
                            const struct SMALL(joint) * j, struct SMALL(told) * to) {
     PART m = PART_(of)(b->mass[a]), l = PART_(of)(b->len[a]);

@@ -24,14 +24,14 @@ VEC_INLINE double *SMALL(forces)(const struct jets_system *s, int i, int span) {
 
 #include "core/taylor/small/small_bodies_template.h"
 
-/* The responses of all arms to the rate of one arm through friction, and the forces across due to
- * rates (friction) and angles (springs). */
+/* The responses of all arms to the rate of one arm through friction, and the forces across the arms
+ * due to rates (friction) and angles (springs). */
 struct SMALL(joints) {
     struct SMALL(pair) friction[LANES], loss[LANES], spring[LANES];
     struct SMALL(pair) inertia; /* inertias: J over the arms' lengths, in the lanes of the forces */
 };
 
-/* the forces across due to the rates of arm a and its parent, by the torque -c (w_a - w_p) */
+/* forces across the arms due to the rates of arm a and its parent, by the torque -c (w_a - w_p) */
 VEC_INLINE void SMALL(hold)(const struct jets_system *s, int a, double c,
                             struct SMALL(pair) column[LANES]) {
     int up = s->parent[a];
@@ -90,7 +90,7 @@ VEC_INLINE PART SMALL(beside)(const struct SMALL(pair) * x, int p) {
     return SMALL(twice)(x->part[p - FORCES]);
 }
 
-/* subtracts the inertia of bodies times `rates` from the known forces across */
+/* subtracts the inertia of bodies times `rates` from the known forces across the arms */
 VEC_INLINE void SMALL(resist)(const struct SMALL(joints) * joints, const struct SMALL(pair) * rates,
                               struct SMALL(pair) * forces) {
     for (int p = FORCES; p < PARTS; p++)

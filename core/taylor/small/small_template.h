@@ -73,7 +73,7 @@ VEC_INLINE double *SMALL(motion)(const struct jets_system *s, int j, int part) {
 }
 
 /* The address of the pair by which real parts of turns are multiplied: with torques in the joints
- * (`couples`) rates and forces across, else the pair of SMALL(motion). */
+ * (`couples`) rates and forces across the arms, else the pair of SMALL(motion). */
 VEC_INLINE double *SMALL(across)(const struct jets_system *s, int j, int part, int couples) {
     if (!couples || part < FORCES) return SMALL(motion)(s, j, part);
     return s->loads->across + j * LOADS_STRIDE + part * PART_WIDTH;
@@ -302,7 +302,7 @@ VEC_INLINE void SMALL(complete)(const struct jets_system *s, int k,
     }
 }
 
-/* the rates of order 0, and what they contribute to the first right-hand side */
+/* the rates of order 0, and their contribution to the first right-hand side */
 struct SMALL(start) {
     struct SMALL(arms) zero, rate, opposite, square, pull, drop;
 };
