@@ -1,6 +1,6 @@
 /* The tuning constants of fits. Each comment gives the meaning, the unit, and in brackets the test
- * that fails if the constant is three times larger or smaller. One that only bounds work or memory,
- * or keeps numbers finite, says so after "Safety".
+ * that fails if the constant is three times larger or smaller. A constant that only bounds work or
+ * memory, or keeps numbers finite, is marked "Safety".
  * Leaves to others: limits of requests (api/base/limits). Invariant: no other file of this
  * directory defines such a constant. */
 #pragma once
@@ -26,7 +26,7 @@ static const double fit_swing_rate = 0.3;
 enum { FIT_STEPS = 200 };
 /* Most steps that friction may add, one for each decay by 1/e. Safety: work at extreme values. */
 enum { FIT_STIFF_STEPS = 200000 };
-/* Motions of all rows that a fit takes per unknown, with six unknowns more than it has.
+/* Expected motions of all rows per unknown, counting six more unknowns than there are.
  * [fits_of_synthetic_data_are_within_three_standard_errors] */
 enum { FIT_MOTIONS = 2 };
 /* A motion that explains less than this fraction does not follow the data. Unit: of the squares.
@@ -41,9 +41,9 @@ static const double fit_exact = 1e-12;
 /* A mean residual above this is not noise. Unit: sigma.
  * [fits_of_synthetic_data_are_within_three_standard_errors] */
 static const double fit_strange = 3;
-/* Residual pairs needed to test autocorrelation. [models_are_judged_by_what_rows_allow] */
+/* Adjacent residuals correlated above this are not noise. [models_are_judged_by_what_rows_allow] */
 static const double fit_common = 0.5;
-/* Pairs of residuals needed to test that. [models_are_judged_by_what_rows_allow] */
+/* Pairs of residuals needed for this test. [models_are_judged_by_what_rows_allow] */
 enum { FIT_PAIRS = 16 };
 /* A smaller decrease of the sum of squares after a restart is rounding. Unit: of the variance.
  * [searches_in_a_curved_valley_go_on_to_its_lowest_place] */
@@ -58,7 +58,7 @@ static const double fit_away = 1e6;
 static const double fit_minimum = 1e-6;
 /* Second limit of the predicted decrease, squared standard errors. [small_steps_are_negligible] */
 static const double fit_step = 1e-4;
-/* Misfit of data without noise, error of slopes. Unit: rtol. [small_steps_are_negligible] */
+/* Misfit of data without noise, and error of slopes. Unit: rtol. [small_steps_are_negligible] */
 static const double fit_loose = 300;
 /* Rounding error of a motion; smaller effects of an unknown count as none. Unit: relative.
  * [directions_beside_a_steep_one_are_found] */
@@ -66,11 +66,12 @@ static const double fit_rounding = 1e-13;
 /* Directions are identifiable if their singular value, relative to the largest, is above this.
  * Unit: relative. [fits_say_by_how_much_wanted_frequencies_cannot_be_had] */
 static const double fit_least = 1e-9;
-/* Largest standard error below fit_least. Unit: sizes. [directions_beside_a_steep_one_are_found] */
+/* Largest standard error below fit_least. Unit: scales. [directions_beside_a_steep_one_are_found]
+ */
 static const double fit_unsure = 1e3;
 /* Largest slope. Safety: sums of the squares of larger ones overflow. */
 static const double fit_largest = 1e140;
-/* Residual without a motion. Safety: above those of motions, so that the step is rejected. */
+/* Residual if there is no motion. Safety: above all others, so that the step is rejected. */
 static const double fit_nowhere = 1e6;
 /* Squared component in null directions above which an unknown is reported alone. Unit: of a square.
  * [fits_to_data_at_rest_name_one_by_one_what_they_do_not_tell] */
@@ -83,7 +84,7 @@ static const double fit_curve_step = 1e-4;
 static const double fit_level = 1e-3;
 /* Least noise without a sigma. Unit: of a column. [models_are_judged_by_what_rows_allow] */
 static const double fit_known_best = 1e-6;
-/* Errors are withheld if less of the data is left. Safety: this divides the noise, and may be 0. */
+/* Least fraction of the data for standard errors. Safety: the noise is divided by this fraction. */
 static const double fit_freedom = 0.25;
 /* One outlier is allowed in this many measurements. Unit: measurements.
  * [fits_list_outliers_and_robust_losses_pass_them_by] */
@@ -102,12 +103,12 @@ static const double fit_bent = 0.1;
 /* The first row is an outlier if the step after it exceeds the longest following step by this
  * factor; on a parabola by at most 5 / 3. [starts_come_from_five_rows] */
 static const double fit_outlier = 5;
-/* Rows on each side through which a parabola is fitted. As many first rows as such a parabola has
- * give the rate, or a circle; a piece has the rows of both sides. [starts_come_from_five_rows] */
+/* Rows on each side through which a parabola is fitted. The same number of first rows gives the
+ * rate, or a circle; a piece has the rows of both sides. [starts_come_from_five_rows] */
 enum { FIT_BESIDE = 2, FIT_FIRST = 2 * FIT_BESIDE + 1 };
 /* Most arms with which unmeasured ones are assumed in line. Safety: work grows with their cube. */
 enum { FIT_LINE_ARMS = 30 };
-/* First rows in which unmeasured arms are assumed in line. Safety: work grows with them. */
+/* Number of first rows in which unmeasured arms are assumed in line. Safety: bounds the work. */
 enum { FIT_LINE_ROWS = 64 };
 /* Most pieces. Safety: the memory of slopes grows with them. */
 enum { FIT_PIECES = 24 };
