@@ -66,8 +66,7 @@ static const double fit_rounding = 1e-13;
 /* Directions are identifiable if their singular value, relative to the largest, is above this.
  * Unit: relative. [fits_say_by_how_much_wanted_frequencies_cannot_be_had] */
 static const double fit_least = 1e-9;
-/* Largest standard error below fit_least. Unit: scales. [directions_beside_a_steep_one_are_found]
- */
+/* Largest standard error below fit_least. Unit: scale. [directions_beside_a_steep_one_are_found] */
 static const double fit_unsure = 1e3;
 /* Largest slope. Safety: sums of the squares of larger ones overflow. */
 static const double fit_largest = 1e140;

@@ -15,7 +15,8 @@ static const double branch_shortest = 1e-5;
 /* Largest change of direction in a step. Unit: cosine.
  * [bifurcations_of_random_trees_are_where_multipliers_pass_the_circle_and_nowhere_else] */
 static const double branch_bend = 0.9;
-/* Largest closing error that can be judged, whatever the growth. [searches_end_as_they_must] */
+/* Largest gap of end and start that can be judged, whatever the growth.
+ * [searches_end_as_they_must] */
 static const double branch_wild = 1e-3;
 /* Closer orbits of a branch are the same: the ends of a closed branch, or an orbit at a fold and
  * its mirror image. Unit: step. [orbits_switch_round_a_closed_branch] */
