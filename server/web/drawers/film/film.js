@@ -75,7 +75,7 @@ function showTools(view) {
 /** @param {View} view @param {string} tool */
 function choose(view, tool) {
   view.tool = tool;
-  view.pick.value = tool;
+  showTools(view);
 }
 
 /** Where a film's places are on the stage: after a fit as it says. @param {View} view */
@@ -288,7 +288,6 @@ async function beginMarking(view) {
   const { text, clock } = app;
   clock.pause();
   view.back?.hide();
-  showTools(view);
   choose(view, ["one", "two", "pivot"].find((tool) => !(tool in marks.fixed)) ?? "1");
   const hooks = {
     place: (/** @type {number[]} */ spot) => place(view, spot),
@@ -303,7 +302,8 @@ async function beginMarking(view) {
   const track = choice(text("film.track"), ways, view.track, (value) => (view.track = value));
   track.select.dataset.film = "track";
   const away = button(text("film.remove"), hooks.remove, { "data-film": "remove" });
-  const tools = [view.place, view.pick, track.element, away];
+  const next = h("label", {}, text("film.tool"), " ", view.pick);
+  const tools = [view.place, next, track.element, away];
   view.layer = createLayer(text, film, marks, hooks, tools);
   showTime(view);
   showKeys(view);
