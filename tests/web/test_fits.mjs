@@ -122,8 +122,8 @@ export async function what_is_wrong_with_a_table_is_said_with_its_line_and_what_
   assert.match(await said("nothing but words"), /not a table.*has no row of two or more numbers/);
   assert.match(await said("<?xml version='1.0'?>"), /not a table.*is XML/);
   assert.match(await said("t,theta_1\n0,20\n0.1,wet\n0.2,10"), /line 3: field 2 must be a number/);
-  assert.match(await said("a,theta_1\n3,20\n1,21\n2,10"), /No column is the time/);
-  assert.match(await said("t,colour\n0,20\n1,21\n2,10"), /No column is an angle/);
+  assert.match(await said("a,theta_1\n3,20\n1,21\n2,10"), /No column contains times/);
+  assert.match(await said("t,colour\n0,20\n1,21\n2,10"), /No column contains angles/);
   const rows = await measured(page, (phi) => [phi * 180 / Math.PI + 90]);
   await filled(page, ["t\ttheta_1", ...rows.map((row) => row.join("\t"))].join("\n"));
   await page.check('[data-unknown="gravity"]');
