@@ -139,7 +139,7 @@ static enum pend_status put_group(struct parquet_writer *writer, long rows, long
     return PEND_OK;
 }
 
-/* rows of a row group */
+/* number of rows of a row group */
 static long group_rows(long width) { return width < GROUP_NUMBERS ? GROUP_NUMBERS / width : 1; }
 
 static enum pend_status parquet_begin(struct api_writer *base, struct api_buffer *out) {

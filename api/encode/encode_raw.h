@@ -12,10 +12,10 @@ enum api_raw {
     API_RAW_ROWS = 1, /* little-endian doubles in row-major order */
     API_RAW_STATS,    /* statistics of the computation */
     API_RAW_JSON,     /* a piece of the JSON answer, if it contains more than the table */
-    API_RAW_FILE      /* a Parquet file in place of the part's rows; results cannot read it */
+    API_RAW_FILE      /* a Parquet file that replaces the part's rows; results cannot read it */
 };
 
-/* What a record API_RAW_FILE says of a file. */
+/* The contents of a record API_RAW_FILE. */
 struct api_raw_file {
     long rows, width; /* width: doubles of a row */
     size_t bytes;
@@ -27,12 +27,12 @@ enum { API_RAW_FILE_BYTES = API_RAW_HEAD + 3 * 8 + 64 };
 /** Writes a whole record that stands for a file, API_RAW_FILE_BYTES. */
 void api_raw_file_put(char *at, const struct api_raw_file *file);
 
-/** Reads the record at the beginning of a part's results. Returns 0 if there is another one, or
- * none. */
+/** Reads the record at the beginning of a part's results. Returns 0 if there is none, or one of
+ * another kind. */
 int api_raw_file_get(const char *data, size_t bytes, struct api_raw_file *file);
 
-/** Appends the rows of a Parquet file of doubles of this program, as records. O(bytes). PEND_BUG:
- * the bytes are no such file; PEND_NO_MEMORY, PEND_LIMIT */
+/** Appends the rows of a Parquet file of doubles, written by this program, as records. O(bytes).
+ * PEND_BUG: this is not such a file; PEND_NO_MEMORY, PEND_LIMIT */
 PEND_MUST_CHECK enum pend_status
 api_raw_from_parquet(const char *data, const struct api_raw_file *file, struct api_buffer *out);
 

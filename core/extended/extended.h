@@ -53,7 +53,7 @@ void pend_extended_start(struct pend_extended *extended, const struct pend_loads
  * the current time. */
 void pend_extended_stop(struct pend_extended *extended, double stop);
 
-/** Copies other values of the workspace's terms, as many, for the steps that follow. */
+/** Replaces the values of the workspace's terms for the steps that follow. */
 void pend_extended_value(struct pend_extended *extended, const double value[]);
 
 enum pend_extended_stage { PEND_EXTENDED_UNDER_WAY, PEND_EXTENDED_STOPPED, PEND_EXTENDED_FAILED };

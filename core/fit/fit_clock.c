@@ -13,7 +13,7 @@ static int clock_is(const struct pend_fit_problem *p, int j) {
     return found;
 }
 
-/* the sum of squares with a shift; infinite if the motion cannot be computed */
+/* the sum of squares for a value of the shift; infinite if the motion cannot be computed */
 static double clock_squares(struct pend_fit *fit, int j, double shift, long *count) {
     const struct pend_fit_unknown *u = &fit->problem.unknown[j];
     if (fit->starved || !(u->low < shift && shift < u->high)) return INFINITY;
@@ -24,7 +24,7 @@ static double clock_squares(struct pend_fit *fit, int j, double shift, long *cou
     return status == PEND_OK ? pend_fit_state_squares(fit, fit->window, count) : INFINITY;
 }
 
-/* the same after a step of all unknowns from there, to first order */
+/* the sum of squares after a step of all unknowns from there, to first order */
 static double clock_left(struct pend_fit *fit, int j, double shift, long *count) {
     struct fit_told told;
     fit->inner[j] = fit_bounds_inner(&fit->problem.unknown[j], shift);

@@ -7,8 +7,8 @@
 
 /**
  * Takes each unknown shift of a clock to the lowest of its minima within four swings, for the rows
- * of the window. Of minima that differ by less than the noise, as those of a motion that repeats
- * itself, it takes the nearest, and names another one as the result's `twin`.
+ * of the window. Of minima that differ by less than the noise, as in a periodic motion, it takes
+ * the nearest, and reports another one as the result's `twin`.
  *
  * whole  whether minima are compared after a step of all unknowns; else with the others fixed, and
  *        the nearest is taken unless another has less than half the sum of squares.

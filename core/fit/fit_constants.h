@@ -124,6 +124,6 @@ static const double fit_piece = 0.25;
 /* Shifts of a clock that are tried on each side of its value, and their number in a swing.
  * [shifts_of_clocks_are_found_with_their_errors] */
 enum { FIT_CLOCK_STEPS = 96, FIT_CLOCK_PARTS = 24 };
-/* Another shift is named if its sum of squares is larger by less. Unit: of the variance.
+/* Another shift is reported if its sum of squares is larger by less. Unit: of the variance.
  * [shifts_of_clocks_are_found_with_their_errors] */
 static const double fit_clock = 9;

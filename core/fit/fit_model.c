@@ -41,7 +41,7 @@ static void model_kinds(struct fit_model *model, const struct pend_fit_problem *
             *paces |= 1u << pend_fit_number_pace(i);
 }
 
-/* the most pairs of a run */
+/* the largest number of pairs in a run */
 static size_t model_pairs(const struct pend_fit_problem *problem) {
     size_t each = 1;
     for (int c = 0; c < problem->columns; c++) each += problem->column[c].clock != 0;
@@ -179,7 +179,7 @@ static long model_instants(struct fit_model *model, int run, long rows) {
             model->start = count, model->first[count] = i, model->t[count++] = start;
             sought = 0;
         }
-        // a time that is no number fails later
+        // a time that is not a number fails later
         if (i == pairs || (count && model->pair[i].t <= model->t[count - 1])) continue;
         model->first[count] = i, model->t[count++] = model->pair[i].t;
     }

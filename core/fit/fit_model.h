@@ -5,8 +5,8 @@
 
 #include "core/fit/fit_number.h"
 
-/* A measured row: its time of the motion, s, and the column with a clock of its own that is meant;
- * -1 = the others. */
+/* A measured row: its time of the motion, s, and the column, if this has its own clock; -1 = all
+ * columns without one. */
 struct fit_model_pair {
     double t;
     long row;

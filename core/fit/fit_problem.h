@@ -98,8 +98,8 @@ struct pend_fit_problem {
                           * 0 */
     double camera[PEND_FIT_CAMERA];
     double center[2], reach; /* of the lens, in the camera's unit; reach > 0 if it is distorted */
-    int zeros; /* number of instruments' numbers: offsets, rad, rad/s or m/s^2; shifts, s */
-    const double *zero; /* these numbers */
+    int zeros; /* number of values of instruments: offsets, rad, rad/s or m/s^2; shifts, s */
+    const double *zero; /* the values of instruments */
     long rows;          /* rows are sorted by the time since the start of their run */
     const double *t;    /* s, not decreasing within a run; rows of one instant are adjacent */
     const int *run;     /* the run of each row; NULL = one run */
@@ -201,7 +201,7 @@ struct pend_fit_result {
     const double *follows; /* s, per run: the time of the last row up to which the motion follows
                             * the data; NaN = none */
     int away;              /* the unknown that diverged, -1 = none */
-    int twin;              /* the shift of a clock that may be `other` as well, -1 = none */
+    int twin;              /* the shift of a clock that could also be `other`; -1 = none */
     double other;          /* s */
     double explained;      /* fraction explained: 1 - sum of squares over the sum of squares of the
                             * data about their mean */

@@ -6,7 +6,7 @@
 
 #include "core/fit/fit_constants.h"
 
-/* the index of the column with a quantity of an arm, if possible without a shifted clock; -1 = not
+/* the index of the column with a quantity of an arm, preferably without a shifted clock; -1 = not
  * measured */
 static int start_column(const struct pend_fit_problem *p, int arm, enum pend_fit_kind kind) {
     int found = -1;

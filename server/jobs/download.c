@@ -17,8 +17,8 @@ struct download {
     long parts;
     void *body; /* the request */
 
-    /* Owned by the storage thread during a query: the piece to read and its destination. If it
-     * names a file in place of rows, `whole` becomes the part with its rows. */
+    /* Owned by the storage thread during a query: the piece to read and its destination. If the
+     * piece names a file instead of rows, `whole` becomes the part with the file's rows. */
     struct {
         long part, chunk;
         char *to;
@@ -66,7 +66,7 @@ static enum srv_stored download_run(struct srv_store *store, struct srv_store_ca
                            download->read.to, &download->read.bytes);
 }
 
-/* Reads the file that a piece names; on a thread for files. */
+/* Reads the file that a piece names; called on a thread for files. */
 static enum srv_stored download_file(struct srv_store *store, struct srv_store_call *call) {
     struct download *download = SRV_CONTAINER_OF(call, struct download, ask.call);
     struct srv_files *files = download->hold.service->files;
@@ -74,7 +74,7 @@ static enum srv_stored download_file(struct srv_store *store, struct srv_store_c
     size_t bytes = sizeof *download + (size_t)DOWNLOAD_AHEAD * SRV_CHUNK_BYTES +
                    download->source.body_bytes + 2 * download->read.file.bytes;
     (void)store;
-    /* a hold that has grown stays, as all parts are similar */
+    /* a larger reservation stays, because all parts are similar */
     if (bytes > download->hold.bytes && srv_hold_try(&download->hold, bytes) != SRV_ROOM)
         return SRV_STORED_QUOTA;
     whole->limit = 2 * download->read.file.bytes + SRV_CHUNK_BYTES;
@@ -85,7 +85,7 @@ static enum srv_stored download_file(struct srv_store *store, struct srv_store_c
     return status == PEND_OK ? SRV_STORED : SRV_STORED_BROKEN;
 }
 
-/* Makes pieces of a part that is in memory. The caller holds the lock. */
+/* Divides a part that is in memory into pieces. The caller holds the lock. */
 static void download_cut(struct download *download) {
     struct api_buffer *whole = &download->read.whole;
     while (download->given < whole->bytes && download->count < DOWNLOAD_AHEAD) {

@@ -125,7 +125,7 @@ static enum pend_status part_run_piece(struct srv_part_run *run, int *done,
     return status;
 }
 
-/* Moves the rows of a complete part into a file, unless they are few. */
+/* Moves the rows of a complete part into a file, unless there are few. */
 static enum pend_status part_run_file(struct srv_part_run *run, const struct srv_lease *lease) {
     int few = lease->parts == 1 && run->out.bytes <= SRV_CHUNK_BYTES;
     if (!run->service->files || few) return PEND_OK;

@@ -17,7 +17,7 @@ struct srv_part_run {
     struct srv_hold hold; /* memory of the run, not charged to any client */
     struct api_buffer out,
         carry; /* the results to store, and the checkpoint for the next part of a chain */
-    struct api_buffer file; /* the file of the results; empty if the database has all of them */
+    struct api_buffer file; /* the file of the results; empty if all of them are in the database */
     int roomy;              /* the memory of the part is reserved */
     int64_t spent;          /* ns of computation */
     char message[SRV_REQUEST_HEAD_BYTES];

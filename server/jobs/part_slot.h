@@ -13,8 +13,8 @@ enum srv_part_slot_state {
     SRV_PART_SLOT_IDLE,
     SRV_PART_SLOT_CLAIM,   /* waits for the result of the runner's claim */
     SRV_PART_SLOT_REQUEST, /* reads its job's request from the store */
-    SRV_PART_SLOT_COMPUTE, /* its task is in the queue or with a worker */
-    SRV_PART_SLOT_FILE,    /* writes the file of the result */
+    SRV_PART_SLOT_COMPUTE, /* the slot's task is in the queue or with a worker */
+    SRV_PART_SLOT_FILE,    /* writes the result's file */
     SRV_PART_SLOT_DONE,    /* has a result, and waits a moment for those of other small parts */
     SRV_PART_SLOT_FINISH,  /* stores the result */
     SRV_PART_SLOT_FAIL,    /* ends the job in the store as failed */

@@ -152,7 +152,7 @@ void srv_sql_spell(const struct srv_sql_driver *driver, const char *text, char o
 
 /* Collected rows; initialized with {0}. */
 struct srv_sql_list {
-    const char *text;    /* their statement; NULL while the list is empty */
+    const char *text;    /* the statement to run on the rows; NULL while the list is empty */
     const char *letters; /* the types of its columns, see srv_sql_columns */
     int rows, columns;
     struct srv_sql_column {

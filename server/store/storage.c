@@ -233,7 +233,7 @@ static void *storage_serve(void *context) {
     return NULL;
 }
 
-/* serves asks for files, without a store */
+/* serves queries for files, without a store */
 static void *storage_carry(void *context) {
     struct srv_storage *storage = ((struct storage_desk *)context)->storage;
     struct srv_ask *ask;

@@ -11,7 +11,7 @@
 enum srv_ask_kind {
     SRV_ASK_WRITE, /* writes */
     SRV_ASK_READ,  /* reads, and need not see concurrent writes */
-    SRV_ASK_FILE,  /* uses files of results, on a thread without a store: `run` is given NULL */
+    SRV_ASK_FILE,  /* uses files of results, on a thread without a store: `run` receives NULL */
     SRV_ASK_KINDS
 };
 

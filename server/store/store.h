@@ -106,7 +106,7 @@ struct srv_lease {
     int64_t waited_us; /* waiting time of the job, for its first part; else 0 */
     int alone;         /* a worker that held it has vanished: it is now computed alone */
     int64_t part_us;   /* estimated computation time */
-    size_t elsewhere;  /* bytes of its result in a file, which count as stored */
+    size_t elsewhere;  /* bytes of its result that are in a file, and count as stored */
     void *request;     /* the job's request; NULL if it is long; freed by srv_lease_clear */
     size_t request_bytes;
     void *start; /* checkpoint of the previous part; NULL if none; freed by srv_lease_clear */
@@ -314,8 +314,8 @@ enum srv_stored srv_store_chunk(struct srv_store *store, const char *id, long pa
 
 enum { SRV_PART_FILES = 1000 };
 
-/** Calls `take` for the files of a job's parts, in order, from part *from on, for SRV_PART_FILES at
- * most; *from becomes the part after the last. SRV_STORED_CLASH: the results of a part are in the
+/** Calls `take` for the files of at most SRV_PART_FILES parts of a job, in order, from part *from
+ * on; *from becomes the part after the last. SRV_STORED_CLASH: the results of a part are in the
  * database; SRV_STORED_DAMAGED; what `take` returns. */
 enum srv_stored srv_store_files(struct srv_store *store, const char *job, long *from,
                                 enum srv_stored (*take)(void *context, long part,

@@ -36,7 +36,7 @@ struct srv_store {
     int ring;     /* pending notifications, SRV_RING_ bits */
     char crowded[SRV_NAME_BYTES]; /* a client with many changes not yet added to its row; "" = none
                                    */
-    /* where the claims of a client begin to look, see claim_look */
+    /* start of the next search for claims of a client, see claim_look */
     struct srv_store_floor {
         char client[SRV_NAME_BYTES];
         int64_t rank, full_ns, rest_ns; /* times: of the next look at all ranks, at the latest, and

@@ -268,8 +268,8 @@ static int claim_passes(const struct claim *claim, struct ready *ready) {
 
 /* Reads a client's jobs that can be claimed, lowest ranks first. While a transaction anywhere holds
  * an old snapshot, PostgreSQL keeps the index entries of jobs that have ended since, and a look at
- * all ranks passes over all of them. Therefore it begins where the last one has claimed everything;
- * parts that were returned have lower ranks and are found by the next look at all ranks. */
+ * all ranks passes over all of them. So a look begins at the rank below which the last one has
+ * claimed everything; returned parts with lower ranks are found by the next look at all ranks. */
 static enum srv_stored claim_look(struct srv_store *store, const char *name, int most,
                                   struct srv_store_floor *floor, struct row_ready *rows) {
     int64_t begin = srv_clock_now();
@@ -286,7 +286,7 @@ static enum srv_stored claim_look(struct srv_store *store, const char *name, int
     return SRV_STORED;
 }
 
-/* lowers a floor to the rank of a job, or to the lowest that its parts can get */
+/* lowers a floor to the rank of a job, or to the lowest rank that its parts can get */
 static void floor_lower(struct srv_store_floor *floor, const struct ready *ready) {
     const struct srv_job *job = &ready->job;
     int64_t least = job->flaw ? -CLAIM_RANK : job->now - FLOOR_US, rank = ready->rank;

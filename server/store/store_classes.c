@@ -5,7 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-
 struct row_class {
     struct srv_class *room;
     const char *who;

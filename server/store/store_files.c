@@ -30,7 +30,7 @@ enum pend_status srv_files_check(const struct srv_files *files, struct pend_erro
                      files->url);
 }
 
-/* the result of a call, by errno where it failed; logs when the folder gets out of reach. A file
+/* the result of a call, from errno if it failed; logs when the folder becomes unreachable. A file
  * that is missing because the folder is gone is not lost. */
 static enum srv_stored files_result(struct srv_files *files, int failed) {
     int number = failed ? errno : 0, full = number == ENOSPC || number == EDQUOT;
@@ -51,7 +51,7 @@ void srv_files_link(const struct srv_files *files, const char *job, long part,
     if (file) sprintf(link + used, "/part-%05ld-%.16s.parquet", part + 1, file->digest);
 }
 
-/* opens a file; a link, or a pipe that would block, is refused or read as empty */
+/* opens a file; a link is refused, and a pipe, which would block, is read as empty */
 static int files_open(const char *path) {
     return open(path, O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
 }
@@ -79,7 +79,7 @@ static int files_sync(const char *folder) {
 }
 
 /* writes a new file and gives it its name. A network file system may report a failure of a rename
- * that it has repeated, or refuse to replace a file: if the name exists, the file does. */
+ * that it has repeated, or refuse to replace a file: if the name exists, the file is complete. */
 static int files_write(char *path, const char *data, size_t bytes) {
     char temporary[SRV_FILES_LINK + 8];
     snprintf(temporary, sizeof temporary, "%s.XXXXXX", path);
@@ -109,12 +109,12 @@ enum srv_stored srv_files_put(struct srv_files *files, const char *job, long par
              (!files_same(link + 7, data, file->bytes) && files_write(link + 7, data, file->bytes));
     failed = failed || files_sync(folder + 7) || files_sync(files->url + 7);
     enum srv_stored stored = files_result(files, failed);
-    /* the job may have ended meanwhile, and nobody would come for an empty folder */
+    /* the job may have ended meanwhile, and nothing else would remove an empty folder */
     if (stored != SRV_STORED) rmdir(folder + 7);
     return stored == SRV_STORED_NONE ? SRV_STORED_AGAIN : stored;
 }
 
-/* reads a file of the length that is known; SRV_STORED_DAMAGED if it has another one */
+/* reads a file of known length; SRV_STORED_DAMAGED if it has another length */
 static enum srv_stored files_read(struct srv_files *files, const char *path, char *data,
                                   size_t bytes) {
     struct stat found = {0};
@@ -150,7 +150,7 @@ enum srv_stored srv_files_get(struct srv_files *files, const char *job, long par
     return stored;
 }
 
-/* deletes files of a folder until none is left to delete in this step; folders stay */
+/* deletes files of a folder up to the limit of this step; folders stay */
 static int files_empty(DIR *opened, int *left) {
     struct dirent *entry;
     int failed = 0;
@@ -171,7 +171,7 @@ enum srv_stored srv_files_drop(struct srv_files *files, const char *job) {
     errno = number;
     if (!failed && !left) return SRV_STORED_AGAIN;
     if (!failed) failed = rmdir(folder + 7);
-    /* what others have put there, or still read over a network, does not hold up other jobs */
+    /* files of others, or files still open over a network, do not delay other jobs */
     if (failed && (errno == ENOTEMPTY || errno == EEXIST || errno == ENOTDIR)) failed = 0;
     enum srv_stored stored = files_result(files, failed);
     return stored == SRV_STORED_NONE ? SRV_STORED : stored;

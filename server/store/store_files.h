@@ -16,10 +16,10 @@ enum { SRV_FILES_URL = 256, SRV_FILES_LINK = 1024 };
 
 struct srv_files {
     char url[SRV_FILES_URL]; /* file:///PATH, an existing folder */
-    struct srv_log *log;     /* receives a line when the folder gets out of reach, and is back */
+    struct srv_log *log;     /* logs when the folder becomes unreachable, and when it is back */
     atomic_int away;
     DIR *walk;       /* the round over all folders; NULL = none */
-    int64_t walk_ns; /* when the next one begins */
+    int64_t walk_ns; /* start of the next round */
 };
 
 /** Checks files->url. PEND_INVALID */
@@ -36,14 +36,14 @@ enum srv_stored srv_files_put(struct srv_files *files, const char *job, long par
 enum srv_stored srv_files_get(struct srv_files *files, const char *job, long part,
                               const struct api_raw_file *file, struct api_buffer *out);
 
-/** Deletes files of a job. SRV_STORED_AGAIN: some remain; SRV_STORED_AWAY */
+/** Deletes a job's files. SRV_STORED_AGAIN: some remain; SRV_STORED_AWAY */
 enum srv_stored srv_files_drop(struct srv_files *files, const char *job);
 
-/** Finds the next folder of a job in which nothing was written for so many seconds, in a round over
- * some folders a call; a process begins a round each hour. Returns 0 if there is none now. One
- * thread of a process calls it. */
+/** Finds the next folder of a job in which nothing was written for `seconds`. Each call examines
+ * some folders of a round, which begins every hour. Returns 0 if there is none now. Called by one
+ * thread. */
 int srv_files_old(struct srv_files *files, int64_t seconds, char job[SRV_ID_BYTES]);
 
-/** Writes a link with which others read the file of a part; NULL = to all files of the job. */
+/** Writes a link for other programs to the file of a part, or with NULL to all files of the job. */
 void srv_files_link(const struct srv_files *files, const char *job, long part,
                     const struct api_raw_file *file, char link[SRV_FILES_LINK]);

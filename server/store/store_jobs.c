@@ -5,7 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-
 /* LIST_ROWS: rows per statement of a list. RING_PARTS: with so many waiting parts all workers are
  * busy claiming. */
 enum { LIST_ROWS = 100, RING_PARTS = 512 };

@@ -112,7 +112,7 @@ static enum srv_stored finish_step(struct srv_store *store, struct srv_job *job,
     return srv_store_count_job(store, &was, job);
 }
 
-/* ends a call that stores nothing; if the job has ended, the sweep deletes the part's file */
+/* ends a call that stores nothing; if the job has ended, a sweep deletes the part's file */
 static enum srv_stored finish_late(struct srv_store *store, const struct srv_lease *lease,
                                    const struct srv_job *job, enum srv_stored stored) {
     int vain = stored == SRV_STORED_LOST && lease->elsewhere &&

@@ -38,8 +38,8 @@ static enum srv_stored row_removal(void *context, const struct srv_value field[]
     return SRV_STORED;
 }
 
-/* has a job's files deleted that no job names: their worker died when the job had just ended. They
- * are older than any result, so that a store that does not know its jobs deletes none. */
+/* deletes files of a job that no row names, because their worker died when the job had just ended;
+ * only files older than any result, so that an empty store deletes no others */
 static enum srv_stored sweep_files(struct srv_store *store) {
     char job[SRV_ID_BYTES];
     if (!store->rules.files ||
@@ -176,8 +176,7 @@ static enum srv_stored erase_job(struct srv_store *store, const char *id) {
     enum srv_stored stored = srv_store_lock(store, id, &job);
     if (stored == SRV_STORED_NONE) return SRV_STORED;
     SRV_STORED_TRY(stored);
-    if (srv_job_open(&job))
-        SRV_STORED_TRY(srv_store_job_end(store, &job, SRV_JOB_DISMISSED, NULL));
+    if (srv_job_open(&job)) SRV_STORED_TRY(srv_store_job_end(store, &job, SRV_JOB_DISMISSED, NULL));
     return expired_remove(store, &job);
 }
 

@@ -330,7 +330,7 @@ static int read_instrument(struct api_fit *fit, const struct api_value *item,
     return 1;
 }
 
-/* gives a series the clock of column `first`, or its own; returns the column, -1 after an error */
+/* gives a series the clock of column `first`, or its own; returns the column, -1 on error */
 static int read_series(struct api_fit *fit, const struct api_value *series, int first,
                        struct api_problem *problem) {
     long number = 0;
@@ -348,7 +348,7 @@ static int read_series(struct api_fit *fit, const struct api_value *series, int 
     return first;
 }
 
-/* reads the shift of the clock of one or several series; returns 0 for any other item */
+/* reads the shift of the clock of one or several series; returns 0 for other items */
 static int read_clock(struct api_fit *fit, const struct api_value *item,
                       struct api_problem *problem) {
     struct api_value vary = api_value_member(item, "vary"),

@@ -43,8 +43,8 @@ struct api_fit {
     long *row;                  /* the number of each row within its run, as in the request, from
                                  * 0 */
     double camera[PEND_FIT_CAMERA], center[2], reach; /* center and reach of its lens */
-    double offset[2 * API_FIT_SERIES]; /* of each column the instrument's offset, then the shifts
-                                        * of their clocks: the zeros of core/fit */
+    double offset[2 * API_FIT_SERIES]; /* for each column the instrument's offset, then the shifts
+                                        * of clocks: the zeros of core/fit */
     long rows;
     double *t, *data; /* instants of the rows; data of the series, series x rows */
     double *each;     /* standard deviations, series x rows, of the series that list them */

@@ -381,7 +381,7 @@ const struct pend_method *pend_pieces_method(const struct pend_method *method,
                                              const struct pend_terms *terms) {
     if (!terms || !terms->rules) return method;
     if (method == &pend_method_taylor) return &pieces_taylor;
-    // joints need roots, impulses and rigid bodies in 32 digits
+    // joints would need roots, impulses and rigid bodies in 32 digits
     int known = method == pend_method_taylor.extended && pend_pieces_smooth(terms);
     return known ? &pieces_extended : NULL;
 }
