@@ -1,6 +1,6 @@
 /* The routes of jobs, of their results and of scenes, and the erasure of a client's data.
  * Leaves to others: storing (store), computing (part_runner, compute), JSON (api/call/job_json),
- * what a scene contains (api/link/scene), class rooms (classes), authorization (admission).
+ * the contents of a scene (api/link/scene), classrooms (classes), authorization (admission).
  * Invariant: the finish of every exchange is called exactly once; a job is stored before it is
  * acknowledged; a result has the same bytes at any time and from any process. */
 #pragma once
