@@ -23,7 +23,7 @@ KNOWN = {"columns": 0, "files": 0, "functions": 0, "branches": 0, "comments": 0,
 # Lines that there may be: of C, of the page, of tests. A number may only fall; a commit that raises one raises nothing else and says for what.
 BUDGET = {
     "C": (ROOMS, (".c", ".h", ".cpp"), 102600),
-    "the page": (("server/web",), (".js", ".ts", ".css", ".html", ".json", ".md", ".txt"), 37830),
+    "the page": (("server/web",), (".js", ".ts", ".css", ".html", ".json", ".md", ".txt"), 38000),
     "tests": (("tests",), (".c", ".h", ".mjs", ".js", ".py", ".sh"), 87200),
 }
 
