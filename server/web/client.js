@@ -277,13 +277,10 @@ export function createClient() {
  * @param {string} header @returns {Column[]}
  */
 export function parseColumns(header) {
-  return header
-    .split(",")
-    .filter(Boolean)
-    .map((part) => {
-      const [, name, count] = /^([a-z_]+)(?:\[(\d+)\])?$/.exec(part.trim()) ?? [null, part, "1"];
-      return { name, count: Number(count ?? 1) };
-    });
+  const all = header.matchAll(/([a-z_]+)(?:\[([\d,]+)\])?/g);
+  const product = (/** @type {string} */ sizes) =>
+    sizes.split(",").reduce((whole, size) => whole * Number(size), 1);
+  return [...all].map(([, name, sizes = "1"]) => ({ name, count: product(sizes) }));
 }
 
 /**

@@ -260,3 +260,30 @@ export async function three_actions_lead_from_a_file_to_a_length_with_its_error(
   await page.waitForSelector('[data-unknown="length 2"]');
   await close(page);
 }
+
+export async function after_a_fit_residuals_are_described_and_paper_has_all(rig) {
+  const page = await opened(rig);
+  await page.click("[data-part=fits] summary");
+  const random = noise(9);
+  const rows = await measured(page, (phi) => [phi * 180 / Math.PI + 90 + 0.2 * random()], 8);
+  const shown = async (change) => {
+    await filled(page, ["t;theta_1 (deg)", ...rows.map(([t, angle]) => [t, angle + change(t)].join(";"))].join("\n"));
+    await page.click("[data-fit=run]");
+    await page.waitForSelector("[data-fit=answer] .plot svg");
+    return page.locator("[data-fit=look]").allTextContents();
+  };
+  assert.match((await shown((t) => Math.sin(2 * Math.PI * 3 * t))).join(), /angle \u03b8 of arm 1.*period of 0\.33\d s \(3(\.\d+)? Hz\) is left over/);
+  assert.match((await shown((t) => 0.3 * t - 1.2)).join(), /drift from \u22121\.\d+ to 1\.\d+ \u00b0/);
+  assert.match((await shown((t) => 0.3 * t * random())).join(), /spread changes from/);
+  assert.deepEqual(await shown(() => 0), [], "noise has no pattern");
+  assert.deepEqual(await violations(page, { context: { include: ["[data-part=fits]"] } }), []);
+  await page.evaluate(() => { window.print = () => { window.dialogs = 1; }; });
+  await page.click("[data-fit=report]");
+  await page.waitForFunction(() => window.dialogs === 1);
+  assert.match(await page.textContent(".print-report"), /angle \u03b8 of arm 1.*0;.*Length of arm 1.*Residuals.*Meinsma/s);
+  assert.equal(await page.locator(".print-report button").count(), 0);
+  await rig.shot(page, "fits-after");
+  await page.evaluate(() => window.dispatchEvent(new Event("afterprint")));
+  assert.equal(await page.locator(".print-report").count(), 0);
+  await close(page);
+}

@@ -11,6 +11,7 @@ import { listsOf } from "../../terms.js";
 import { createSpots, order, tips } from "../../tree.js";
 import { button, fetchTable, figure } from "../kit/kit.js";
 import { createPlot } from "../kit/plot.js";
+import { looked } from "./fit_look.js";
 
 const TOGETHER = 0.9; // correlations from here on are said
 const FINE = 800; // points of the model's curve
@@ -32,11 +33,20 @@ const SENTENCES = [
  * }} Fitted
  */
 
+/** @type {Record<string, string>} */
+const OF_CART = {
+  mass: "physics.cart",
+  damping: "physics.cartDamping",
+  phi: "control.place",
+  phid: "control.speed",
+};
+
 /**
  * The name of a number in the page's language.
- * @param {Text} text @param {{vary: string, arm?: number}} one
+ * @param {Text} text @param {{vary: string, arm?: number | "cart"}} one
  */
 export const nameOf = (text, { vary, arm }) => {
+  if (arm === "cart") return text(OF_CART[vary]);
   if (/^bias_/.test(vary))
     return `${text("fits.acceleration")}: ${text(`fits.role.${vary.slice(5)}`, { arm })}`;
   return arm ? text("fits.ofArm", { what: text(`fits.${vary}`), arm }) : text(`fits.${vary}`);
@@ -289,6 +299,8 @@ function curvesOf({ answer, body, measured }, model, group) {
   const over = [];
   /** @type {import("../kit/plot.js").Curve[]} */
   const left = [];
+  /** @type {{k: number, rest: (number | null)[]}[]} */
+  const rests = [];
   measured.series.forEach(({ kind, arm, values }, k) => {
     if (!group.test(kind)) return;
     const colour = colourOf(k);
@@ -316,8 +328,9 @@ function curvesOf({ answer, body, measured }, model, group) {
     over.push({ xs: smooth ? model.t : measured.t, ys: turning ? broken(line) : line, colour });
     over.push({ xs: measured.t, ys: values.map(folded), colour, dots: 2.2 });
     left.push({ xs: measured.t, ys: rest, colour, dots: 1.8 });
+    rests.push({ k, rest });
   });
-  return { over, left };
+  return { over, left, rests };
 }
 
 /** What the colours are. @param {Text} text @param {Fitted} fitted @param {RegExp} group */
@@ -340,7 +353,7 @@ async function plotsOf({ client, text }, fitted, signal) {
   /** @type {(ReturnType<typeof createPlot> | HTMLElement)[]} */
   const parts = [];
   for (const [own, group] of Object.entries(GROUPS)) {
-    const { over, left } = curvesOf(fitted, model, group);
+    const { over, left, rests } = curvesOf(fitted, model, group);
     if (!over.length) continue;
     const unit = own || fitted.unit;
     const x = text("fits.t");
@@ -351,6 +364,7 @@ async function plotsOf({ client, text }, fitted, signal) {
     second.set({ x, y: unit, curves: left, low: 0 }, text("fits.left"));
     parts.push(h("h4", {}, label), namesOf(text, fitted, group), first);
     parts.push(h("h4", {}, text("fits.left")), second);
+    parts.push(...rests.flatMap(({ k, rest }) => looked(text, fitted, k, rest, unit)));
   }
   return parts;
 }
@@ -358,7 +372,7 @@ async function plotsOf({ client, text }, fitted, signal) {
 /**
  * Shows a fit in its place: {destroy}.
  * @param {App} app @param {HTMLElement} place @param {Fitted} fitted @param {AbortSignal} signal
- * @param {{instead(): void, beside(): void}} acts
+ * @param {{instead(): void, beside(): void, report(): void}} acts
  */
 export async function showFit(app, place, fitted, signal, acts) {
   const { text } = app;
@@ -366,6 +380,7 @@ export async function showFit(app, place, fitted, signal, acts) {
   const keys = [
     button(text("fits.instead"), acts.instead, { class: "button main", "data-fit": "instead" }),
     button(text("fits.beside"), acts.beside, { "data-fit": "beside" }),
+    button(text("share.report"), acts.report, { "data-fit": "report" }),
   ];
   place.replaceChildren(
     ...verdictOf(text, fitted),

@@ -22,7 +22,9 @@ import { columnsLike } from "./fit_table.js";
 
 /**
  * A number that can be found. factor: what a value of the server is times to be shown.
- * @typedef {{id: string, vary: string, arm?: number, unit: string, factor: number}} Candidate
+ * @typedef {{
+ *   id: string, vary: string, arm?: number | "cart", unit: string, factor: number,
+ * }} Candidate
  */
 
 /** Units a metre; of "px" it is not known. @type {Record<string, number>} */
@@ -46,6 +48,8 @@ const UNITS = {
   bias: ["\u00b0/s", 1 / DEGREE],
   bias_along: ["m/s\u00b2", 1],
   bias_across: ["m/s\u00b2", 1],
+  phi: ["m", 1],
+  phid: ["m/s", 1],
 };
 
 /**
@@ -66,7 +70,7 @@ export function plainTree(arms, gravity, { data }) {
   return { length: row(each), mass: row(1), parent: row(0).map((_, k) => k), gravity };
 }
 
-/** @param {string} vary @param {number} [arm] @returns {Candidate} */
+/** @param {string} vary @param {number | "cart"} [arm] @returns {Candidate} */
 const candidate = (vary, arm) => ({
   id: arm ? `${vary} ${arm}` : vary,
   vary,
@@ -79,7 +83,7 @@ const candidate = (vary, arm) => ({
 const has = (tree, k) => ({
   length: true,
   mass: tree.mass[k] > 0,
-  damping: true,
+  damping: !tree.pivot?.cart || Boolean(termOf(tree, "damping", k)),
   rod: Boolean(termOf(tree, "rod", k)),
   stiffness: Boolean(termOf(tree, "stiffness", k)),
   friction_torque: Boolean(termOf(tree, "friction", k)),
@@ -108,14 +112,17 @@ export function candidatesOf(tree, table) {
     const measured = columnsLike(table, kind).map(({ is }) => Number(is.split(" ")[1]));
     return [...new Set(measured)].map((arm) => candidate(vary, arm));
   });
-  return [...arms, ...whole.map((vary) => candidate(vary)), ...added];
+  const { cart } = tree.pivot ?? {};
+  const numbers = cart ? ["mass", ...(cart.damping ? ["damping"] : []), "phi", "phid"] : [];
+  const ofCart = numbers.map((vary) => candidate(vary, "cart"));
+  return [...arms, ...ofCart, ...whole.map((vary) => candidate(vary)), ...added];
 }
 
-/** @param {Tree} tree lengths, friction and the start, of every arm */
+/** @param {Tree} tree lengths, friction and the start, of every arm; the start of a cart */
 export const usual = (tree) =>
-  tree.length.flatMap((_, k) =>
-    ["length", "damping", "theta", "thetad"].map((vary) => `${vary} ${k + 1}`),
-  );
+  tree.length
+    .flatMap((_, k) => ["length", "damping", "theta", "thetad"].map((vary) => `${vary} ${k + 1}`))
+    .concat(tree.pivot?.cart ? ["phi cart", "phid cart"] : []);
 
 /**
  * The instants, s, and what was measured, in rad, rad/s or the table's unit of places.
@@ -173,7 +180,7 @@ export function fitBody(pendulum, table, measured, choices) {
   const all = candidatesOf(pendulum, table);
   const named = all.map(({ vary, arm }) => (arm ? { vary, arm } : { vary }));
   // starts are taken from the data, and sought unless they are fixed
-  const start = (/** @type {number} */ k) => all[k].vary.startsWith("theta");
+  const start = (/** @type {number} */ k) => /^(theta|phi)/.test(all[k].vary);
   return {
     pendulum: pendulumOf(pendulum),
     ...(camera && { camera }),

@@ -10,6 +10,7 @@ import { fromRequest } from "../../state.js";
 import { reach } from "../../tree.js";
 import { motionOf, nameOf, scrolled, showFit } from "./fit_answer.js";
 import { wordsOf } from "./fit_files.js";
+import { paperOf } from "./fit_report.js";
 import { candidatesOf, fitBody, foundOf, measuredOf, plainTree, usual } from "./fit_request.js";
 import * as tables from "./fit_table.js";
 import { computed } from "../kit/job.js";
@@ -293,8 +294,16 @@ async function show(view, fitted, signal) {
   const acts = {
     instead: () => setOff(view, fitted, false),
     beside: () => setOff(view, fitted, true),
+    report: () =>
+      printed(view, fitted).catch((error) => say(view, said(error, view.app.text), true)),
   };
   view.endPlots = await showFit(view.app, view.answer, fitted, signal, acts);
+}
+
+/** @param {View} view @param {import("./fit_answer.js").Fitted} fitted */
+async function printed({ app, field, answer }, fitted) {
+  const { default: print } = await app.files.script("drawers/share/report.js");
+  await print(app, () => paperOf(app.text, fitted, field.value, answer));
 }
 
 /** Where the page was in another language. @param {View} view @param {Fitting} left */
@@ -391,7 +400,8 @@ function openerOf(view) {
  */
 export default async function mountFits(app) {
   const { store, text, files } = app;
-  await Promise.all([text.part("fits"), files.style("drawers/kit/curves.css")]);
+  const style = files.style("drawers/kit/curves.css");
+  await Promise.all([text.part("fits"), text.part("physics"), style]);
   const { pendulum } = store.get();
   /** @type {View} */
   const view = {

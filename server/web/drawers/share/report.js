@@ -172,8 +172,9 @@ const drawn = () =>
     requestAnimationFrame(() => requestAnimationFrame(resolve));
   });
 
-/** Prints the document as a report, with the readable link if there is one. @param {App} app */
-export default async function printReport(app) {
+/** Prints the document as a report, with the readable link if there is one; or what `make` makes.
+ * @param {App} app @param {() => HTMLElement} [make] */
+export default async function printReport(app, make) {
   const { theme, files, text, store } = app;
   const doc = store.get();
   const link = linkTo(text, addressOf(doc) ?? (await linkOf(handedOn(doc))));
@@ -194,7 +195,8 @@ export default async function printReport(app) {
   };
   try {
     await drawn();
-    paper = await paperOf(app, link, link.length > LONGEST ? null : qrcode, urls);
+    const code = link.length > LONGEST ? null : qrcode;
+    paper = make?.() ?? (await paperOf(app, link, code, urls));
   } catch (error) {
     end();
     throw error;

@@ -104,6 +104,9 @@ export default {
   "fits.tilt": "Neigung der Kamera",
   "fits.distortion": "Verzeichnung des Objektivs",
   "fits.acceleration": "Nullpunkt der Beschleunigung",
+  "fits.look.drift": "Die Residuen driften von {from} bis {to} {unit}.",
+  "fits.look.period": "Eine Periode von {period} s ({frequency} Hz) bleibt übrig.",
+  "fits.look.spread": "Die Streuung ändert sich von {from} auf {to} {unit}.",
   "trials.title": "Messreihe",
   "trials.intro":
     "Eine Zeile je Pendel: Länge, Masse oder Amplitude ändern, schwingen lassen, hinzufügen. An die Zeilen wird ein Gesetz angepasst.",

@@ -106,6 +106,9 @@ export default {
   "fits.tilt": "Tilt of the camera",
   "fits.distortion": "Distortion of the lens",
   "fits.acceleration": "Bias of the acceleration",
+  "fits.look.drift": "The residuals drift from {from} to {to} {unit}.",
+  "fits.look.period": "A period of {period} s ({frequency} Hz) is left over.",
+  "fits.look.spread": "The spread changes from {from} to {to} {unit}.",
   "trials.title": "Table of trials",
   "trials.intro":
     "One row for each pendulum: change the length, the mass or the amplitude, let it swing, and add it. A law is fitted to the rows.",

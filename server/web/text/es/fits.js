@@ -105,6 +105,9 @@ export default {
   "fits.tilt": "Inclinación de la cámara",
   "fits.distortion": "Distorsión del objetivo",
   "fits.acceleration": "Sesgo de la aceleración",
+  "fits.look.drift": "Los residuos derivan de {from} a {to} {unit}.",
+  "fits.look.period": "Queda un periodo de {period} s ({frequency} Hz).",
+  "fits.look.spread": "La dispersión cambia de {from} a {to} {unit}.",
   "trials.title": "Serie de medidas",
   "trials.intro":
     "Una fila por péndulo: cambie la longitud, la masa o la amplitud, déjelo oscilar y añádalo. Una ley se ajusta a las filas.",

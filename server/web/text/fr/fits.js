@@ -105,6 +105,9 @@ export default {
   "fits.tilt": "Inclinaison de la caméra",
   "fits.distortion": "Distorsion de l’objectif",
   "fits.acceleration": "Biais de l’accélération",
+  "fits.look.drift": "Les résidus dérivent de {from} à {to} {unit}.",
+  "fits.look.period": "Il reste une période de {period} s ({frequency} Hz).",
+  "fits.look.spread": "La dispersion passe de {from} à {to} {unit}.",
   "trials.title": "Série de mesures",
   "trials.intro":
     "Une ligne par pendule : changez la longueur, la masse ou l’amplitude, laissez-le osciller et ajoutez-le. Une loi est ajustée aux lignes.",

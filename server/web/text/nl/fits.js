@@ -106,6 +106,9 @@ export default {
   "fits.tilt": "Kanteling van de camera",
   "fits.distortion": "Vervorming door de lens",
   "fits.acceleration": "Nulpunt van de versnelling",
+  "fits.look.drift": "De residuen verlopen van {from} tot {to} {unit}.",
+  "fits.look.period": "Een periode van {period} s ({frequency} Hz) blijft over.",
+  "fits.look.spread": "De spreiding verandert van {from} in {to} {unit}.",
   "trials.title": "Meetreeks",
   "trials.intro":
     "Eén rij per slinger: verander lengte, massa of amplitude, laat hem slingeren en voeg hem toe. Aan de rijen wordt een wet gefit.",

@@ -104,6 +104,9 @@ export default {
   "fits.tilt": "Kameranın eğimi",
   "fits.distortion": "Merceğin bozulması",
   "fits.acceleration": "İvmenin sapması",
+  "fits.look.drift": "Artıklar {from} değerinden {to} {unit} değerine sürükleniyor.",
+  "fits.look.period": "{period} s ({frequency} Hz) periyot artıyor.",
+  "fits.look.spread": "Saçılma {from} değerinden {to} {unit} değerine değişiyor.",
   "trials.title": "Ölçüm dizisi",
   "trials.intro":
     "Her sarkaç için bir satır: uzunluğu, kütleyi veya genliği değiştirin, salınmaya bırakın ve ekleyin. Satırlara bir yasa uydurulur.",
