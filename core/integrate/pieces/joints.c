@@ -15,7 +15,7 @@ static const double joints_flight = 1e-6;
 /* rad: a joint closer to a stop than this is at the stop */
 static const double joints_near = 1e-14;
 
-enum { JOINTS_IMPACTS = 1000 };
+enum { JOINTS_IMPACTS = 10000 };
 
 static const struct pend_loads *joints_loads(const struct pend_joints *j) {
     return &j->piece->problem->loads;
@@ -41,9 +41,9 @@ static size_t joints_padded(size_t bytes) { return (bytes + 63) / 64 * 64; }
 static size_t joints_lay(struct pend_joints *j, const struct pend_tree *tree,
                          const struct pend_terms *terms, char *base) {
     size_t n = (size_t)tree->n, used = 0;
-    double **row[] = {&j->acc, &j->torque, &j->blow};
-    signed char **flag[] = {&j->mode, &j->touch,      &j->forced,    &j->struck,
-                            &j->try,  &j->was_forced, &j->was_struck};
+    double **row[] = {&j->acc, &j->torque, &j->blow, &j->hit};
+    signed char **flag[] = {&j->mode, &j->touch,      &j->forced,     &j->struck,
+                            &j->try,  &j->was_forced, &j->was_struck, &j->side};
     unsigned char **mark[] = {&j->stopped, &j->holds};
     for (size_t i = 0; i < sizeof row / sizeof *row; i++, used += joints_padded(n * 8))
         *row[i] = base ? (double *)(void *)(base + used) : NULL;
@@ -218,8 +218,11 @@ static enum pend_status joints_last(struct pend_joints *j, int k, int side, int 
 
 static enum pend_status joints_hit(struct pend_joints *j, int k) {
     double *rate = j->piece->rate, e = j->piece->rules->restitution[k];
-    double r = pend_joints_rate(j, rate, k), part = 1;
-    int side = j->struck[k], last = e == 0, p = joints_holder(j, k);
+    double r = pend_joints_rate(j, rate, k), part = 1, flown = j->piece->now - j->hit[k];
+    int side = j->struck[k], p = joints_holder(j, k);
+    if (e < 1 && side == j->side[k] && flown > 0 && flown < joints_flight) e = 0;
+    int last = e == 0;
+    j->hit[k] = j->piece->now, j->side[k] = (signed char)side;
     double d = joints_blow(j, k);
     for (int i = 0; i < j->n; i++) rate[i] -= (1 + e) * r / d * j->blow[i];
     if (!last) {
@@ -238,12 +241,19 @@ static enum pend_status joints_hit(struct pend_joints *j, int k) {
 }
 
 enum pend_status pend_joints_impacts(struct pend_joints *j, struct pend_error *error) {
+    double *rate = j->piece->rate, most = 0;
+    for (int k = 0; k < j->n; k++) most = fmax(most, fabs(rate[k]));
     for (int tries = 0; j->piece->rules->least; tries++) {
         int hit = -1;
         for (int i = 0; i < j->n && hit < 0; i++) {
-            int k = j->tree->place[i];
+            int k = j->tree->place[i], p = joints_holder(j, k);
             if (!j->struck[k]) j->struck[k] = j->touch[k];
-            if (j->struck[k] * pend_joints_rate(j, j->piece->rate, k) > 0) hit = k;
+            double r = j->struck[k] * pend_joints_rate(j, rate, k);
+            if (r > joints_slack * most) hit = k;
+            // a joint at its stop with a rate within rounding is at rest there
+            if (!r || fabs(r) > joints_slack * most) continue;
+            rate[k] = p < 0 ? 0 : rate[p];
+            j->touch[k] = j->struck[k];
         }
         if (hit < 0) return PEND_OK;
         if (tries == JOINTS_IMPACTS)

@@ -31,6 +31,8 @@ struct pend_joints {
     signed char *forced; /* +1 or -1: direction in which the holding torque reached its limit */
     signed char *struck; /* +1 or -1: the joint reached its upper or lower stop */
     signed char *was_forced, *was_struck; /* the same at the start of the piece */
+    signed char *side;                    /* +1 or -1: the stop of the last impact */
+    double *hit;                          /* time of the last impact, s */
     unsigned char *stopped;               /* flags: the joint's rate reached its parent's */
     unsigned char *holds;                 /* flags: the joint is to hold */
     signed char *try;                     /* candidate modes */
@@ -60,8 +62,8 @@ PEND_MUST_CHECK enum pend_status pend_joints_start(struct pend_joints *joints,
  * none moves into its stop.
  *
  * The impulse is J = -(1 + e) r / (s^T M^-1 s) at the joint, s = e_child - e_parent, on the tree
- * with all joints free. If the next flight would last less than 1e-6 s, e is 0: the series of
- * bounces ends.
+ * with all joints free. If the next flight would last less than 1e-6 s, or the flight from the same
+ * stop did, e is 0: the series of bounces ends. Two joints that shake each other may bounce so.
  *
  * PEND_STEP_TOO_SMALL  the impacts do not end.
  */

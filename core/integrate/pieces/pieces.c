@@ -121,7 +121,8 @@ static void pieces_arrive(struct pieces *p) {
     }
     for (int k = 0; p->joints && k < p->joints->n; k++) {
         int holder = pend_terms_holder(p->problem.loads.terms, p->problem.tree->parent, k);
-        if (!p->joints->stopped[k]) continue;
+        // what rests on a joint that stops stops too
+        if (!p->joints->stopped[k] && !p->joints->holds[k]) continue;
         rate[k] = holder < 0 ? 0 : rate[holder];
         p->low[1][k] = holder < 0 ? 0 : p->low[1][holder];
         p->joints->stopped[k] = 0;
@@ -324,11 +325,12 @@ static void pieces_series(const void *stepper, struct pend_series *series) {
 static void pieces_carry_joints(struct pieces *p, struct pend_checkpoint *checkpoint) {
     struct pend_joints *joints = p->joints;
     size_t n = (size_t)joints->n;
-    signed char *flags[] = {joints->mode,   joints->touch,      joints->forced,
-                            joints->struck, joints->was_forced, joints->was_struck};
+    signed char *flags[] = {joints->mode,       joints->touch,      joints->forced, joints->struck,
+                            joints->was_forced, joints->was_struck, joints->side};
     struct pend_sum *sums[] = {&p->work, &p->heat};
     for (size_t i = 0; i < sizeof flags / sizeof *flags; i++)
         pend_checkpoint_part(checkpoint, flags[i], n);
+    pend_checkpoint_row(checkpoint, joints->hit, n);
     pend_checkpoint_part(checkpoint, joints->stopped, n);
     pend_checkpoint_part(checkpoint, joints->holds, n);
     pend_checkpoint_row(checkpoint, &joints->heat, 1);

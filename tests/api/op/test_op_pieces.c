@@ -225,6 +225,21 @@ TEST(derivatives_and_fits_pass_through_tables) {
     CHECK_SAYING(reply.status == 200, "%s", reply.out.data);
 }
 
+/* the second arm lies on its stop when the first comes to rest, and stays: digits of 40 digits */
+TEST(an_arm_on_its_stop_rests_when_the_arm_that_carries_it_stops) {
+    static const double theta[] = {-0.66301846844888586, 0.33698153155111414};
+    struct test_reply reply = ask(
+        "\"arms\":[{\"length\":0.3,\"mass\":0.5,\"friction\":{\"torque\":1.25}},{\"parent\":\"1\","
+        "\"length\":1,\"mass\":0.5,\"friction\":{\"torque\":0.125},\"torque\":9,\"stop\":{\"min\":"
+        "-0.125,\"max\":1,\"restitution\":0.5}}]",
+        "0,0", "\"times\":[0,1,3]");
+    for (int k = 0; k < 2; k++) {
+        CHECK(fabs(number(&reply, "theta", 2, k) - theta[k]) < 1e-13);
+        CHECK(number(&reply, "thetad", 2, k) == 0);
+    }
+    test_reply_free(&reply);
+}
+
 /* data of a damped arm along a spline by SciPy's DOP853 */
 TEST(fits_along_a_pivot_find_the_length_the_friction_and_the_start) {
     struct test_reply reply = test_post(
