@@ -30,7 +30,7 @@ struct npz_writer {
     struct api_arrays arrays;
     int next;          /* index of the array that is being written */
     int last;          /* with several passes: arrays before this index are stored in this pass */
-    uint64_t at;       /* index of the next number of that array */
+    uint64_t at;       /* index of the array's next number */
     uint64_t written;  /* bytes of the archive so far */
     int open, members; /* whether the header of array `next` is written; number of members begun */
     struct api_zip64_member member[MEMBERS];

@@ -27,7 +27,7 @@ struct api_value api_field_renamed(const struct api_value *object, const char *n
  * write it that way.
  *
  * n        required number of numbers; 0 = any.
- * each     what each number belongs to, for the message: "arm".
+ * each     the owner of a number, for the message: "arm".
  * out      n numbers, NAN for every item that is invalid or missing; NULL = only check.
  *
  * Returns 1 if all are valid, 0 if the field is missing (out is unchanged), -1 if errors were

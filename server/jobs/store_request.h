@@ -11,7 +11,7 @@ enum { SRV_STORE_REQUEST_KEY = 80 };
 
 /* Words for a route's problems. */
 struct srv_store_request_words {
-    const char *many;  /* "jobs" */
+    const char *many;  /* plural of the stored things: "jobs" */
     const char *again; /* advice for a client that does not know whether the thing was stored */
 };
 

@@ -7,7 +7,7 @@
 
 enum srv_coding { SRV_IDENTITY, SRV_GZIP, SRV_ZSTD, SRV_CODINGS };
 
-/* What to do after the bytes of a write. */
+/* The action after the bytes of a write. */
 enum srv_coding_end { SRV_CODING_MORE, SRV_CODING_FLUSH, SRV_CODING_END };
 
 /* A row of the table: a coding, by the functions of one library. */

@@ -18,7 +18,7 @@ enum {
     SRV_TOKEN_LETTERS = 8 /* least number of different characters; random tokens have more */
 };
 
-/* What identifies a client. */
+/* The kinds of identities of clients. */
 enum srv_identity_kind {
     SRV_IDENTITY_ADDRESS,
     SRV_IDENTITY_ACCOUNT,
