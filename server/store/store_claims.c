@@ -279,7 +279,7 @@ static enum srv_stored claim_look(struct srv_store *store, const char *name, int
         SRV_STORED_TRY(SRV_RUN(store, SQL_JOBS_READY, row_ready, rows, name, most, floor->rank));
         if (rows->rows || begin < floor->rest_ns) return SRV_STORED;
     }
-    SRV_STORED_TRY(SRV_RUN(store, SQL_JOBS_READY, row_ready, rows, name, most, -CLAIM_RANK));
+    SRV_STORED_TRY(SRV_RUN(store, SQL_JOBS_READY, row_ready, rows, name, most, INT64_MIN));
     int64_t end = srv_clock_now();
     floor->rest_ns = end + FLOOR_SHARE * (end - begin);
     floor->full_ns = floor->rest_ns > end + FLOOR_NS ? floor->rest_ns : end + FLOOR_NS;
@@ -289,7 +289,7 @@ static enum srv_stored claim_look(struct srv_store *store, const char *name, int
 /* lowers a floor to the rank of a job, or to the lowest rank that its parts can get */
 static void floor_lower(struct srv_store_floor *floor, const struct ready *ready) {
     const struct srv_job *job = &ready->job;
-    int64_t least = job->flaw ? -CLAIM_RANK : job->now - FLOOR_US, rank = ready->rank;
+    int64_t least = job->flaw ? INT64_MIN : job->now - FLOOR_US, rank = ready->rank;
     if (!job->flaw && job->parts > 1)
         rank -= srv_store_rank(0, ready->part_us * (job->parts - job->begun));
     if (rank < least) least = rank;
