@@ -28,10 +28,6 @@ LANES.server := env TEST_LANES=2
 # fresh memory holds nonsense, so that a number that was never set is a wrong one
 $(ROOMS:%=release-%): release-%: build-release
 	$(job) env MALLOC_PERTURB_=85 $(LANES.$*) build/release/tests/$*/run
-# as on a processor without AVX2: 20 s of processor time, nothing is compiled again
-base-core base-api: base-%: build-release
-	@$(MAKE) --no-print-directory build/release/tests/base/$*
-	$(job) build/release/tests/base/$*
 # What a sanitizer only slows, as it is about time, bits or a process that is killed: the release run has it. Of downloads from a
 # database that goes, the thread sanitizer has both tests and the address sanitizer the shorter one.
 SLOWED := -=results_of_a_job_are_those_of_a_request_bit_for_bit -=a_job_says_how_long_it_will_take_and_means_it \
@@ -41,9 +37,19 @@ SLOWED := -=results_of_a_job_are_those_of_a_request_bit_for_bit -=a_job_says_how
 	-=a_job_is_forgotten_when_it_was_kept_for_its_time -=each_role_may_what_it_may -=each_bad_key_has_its_status_and_its_sentence
 SLOWED.asan-wire := $(SLOWED) -=downloads_bear_a_database_that_falls_silent_or_goes_and_nobody_else_waits
 SLOWED.tsan-wire := $(SLOWED)
-# Digits and statistics of many motions: release and base look at the numbers. They run no line and no branch of core that the
+# Statistics of many draws, which other tests make one by one: fits with each loss, models that are rejected, valleys, orbits of
+# trees of every kind. The release run looks at the numbers; each kernel of the base instruction set has references of its own.
+STATISTICS := -=bifurcations_of_random_trees_are_where_multipliers_pass_the_circle_and_nowhere_else \
+	-=bifurcations_at_which_driven_trees_lose_their_symmetry_are_told_from_both_sides \
+	-=standard_errors_of_robust_losses_hold_beside_outliers -=standard_errors_hold_beside_noise_that_is_alike \
+	-=independent_noise_rejects_no_model_but_for_its_size -=searches_in_a_curved_valley_go_on_to_its_lowest_place
+SLOWED.base-core := $(STATISTICS) -=fits_of_several_chaotic_runs_find_the_pendulum_or_say_that_they_do_not
+# failing allocations and hints do not depend on the instruction set
+SLOWED.base-api := -=whichever_allocation_fails_a_job_is_computed_or_fails_for_want_of_memory \
+	-=whichever_allocation_fails_a_call_ends_cleanly -=wrong_requests_of_fits_are_told_what_helps
+# Digits of many motions: release and base look at the numbers. They run no line and no branch of core that the
 # others here do not run too (gcov, for each instruction set), so the address sanitizer would look at the same accesses again.
-SLOWED.asan-core := -=horizon_of_random_trees_is_seldom_late_and_never_by_a_tenth -=modes_vectors_of_equal_arms \
+SLOWED.asan-core := $(STATISTICS) -=horizon_of_random_trees_is_seldom_late_and_never_by_a_tenth -=modes_vectors_of_equal_arms \
 	-=modes_vectors_of_seven_kinds_of_600_arms -=orbits_switch_through_a_cascade_of_doublings_as_feigenbaum_says \
 	-=section_finds_as_many_passages_as_a_fine_look_at_the_motion
 SLOWED.asan-laws := -=law_the_driven_damped_pendulum_doubles_its_period_where_its_multiplier_is_minus_1 \
@@ -51,9 +57,13 @@ SLOWED.asan-laws := -=law_the_driven_damped_pendulum_doubles_its_period_where_it
 	-=tolerances_can_be_the_tightest_of_a_method -=whole_turns_of_a_free_spin_add_up \
 	-=the_balance_of_energy_holds_over_a_thousand_seconds_with_everything_on \
 	-=law_fast_form_is_the_matrix_form_for_random_trees_of_200_arms -=law_an_arm_stands_upside_down_from_kapitzas_threshold_on
-# Altered rows of PostgreSQL come by the same code as those of SQLite, once they are read; the release run has all of them.
+# Altered rows of PostgreSQL come by the same code as those of SQLite, once they are read; the release run has a third of them.
 SLOWED.asan-server := -=no_altered_row_harms_more_than_its_job_on_postgresql
 SLOWED.tsan-server := $(SLOWED.asan-server)
+# as on a processor without AVX2; nothing is compiled again
+base-core base-api: base-%: build-release
+	@$(MAKE) --no-print-directory build/release/tests/base/$*
+	$(job) build/release/tests/base/$* $(SLOWED.$@)
 $(ROOMS:%=asan-%): asan-%: build-asan
 	$(job) $(LANES.$*) build/asan/tests/$*/run $(SLOWED.$@)
 
