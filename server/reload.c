@@ -66,6 +66,23 @@ static int reload_logs(const struct srv_config *config, int *log, int *audit,
     return 0;
 }
 
+/* Copies the value of option i of the table from another config. */
+static void srv_config_take(struct srv_config *config, const struct srv_config *from, int i) {
+    assert(config != from);
+    size_t bytes;
+    void *to = srv_config_value(config, i, &bytes);
+    if (bytes) memcpy(to, srv_config_value((struct srv_config *)from, i, &bytes), bytes);
+}
+
+/* Returns true if option i of the table has the same value in two configs. */
+static int srv_config_same(const struct srv_config *one, const struct srv_config *other, int i) {
+    size_t bytes;
+    const void *first = srv_config_value((struct srv_config *)one, i, &bytes);
+    const void *second = srv_config_value((struct srv_config *)other, i, &bytes);
+    if (bytes == sizeof(double)) return !memcmp(first, second, bytes);
+    return !bytes || !strcmp(first, second);
+}
+
 /* merges the new values; options that need a restart keep theirs */
 static void reload_mix(struct srv_config *config, const struct srv_config *now,
                        const struct srv_config *next) {

@@ -20,24 +20,13 @@ static const char *const fields[] = {"vary", "arm", "harmonic", NULL};
 
 /* ---- reading */
 
-static struct pend_parameter derived_parameter(const struct api_target *target) {
-    static const enum pend_parameter_kind kinds[API_VARY_COUNT] = {
-        [API_VARY_PHI] = PEND_PARAMETER_PHI,         [API_VARY_THETA] = PEND_PARAMETER_PHI,
-        [API_VARY_PHID] = PEND_PARAMETER_RATE,       [API_VARY_THETAD] = PEND_PARAMETER_RATE,
-        [API_VARY_LENGTH] = PEND_PARAMETER_LENGTH,   [API_VARY_MASS] = PEND_PARAMETER_MASS,
-        [API_VARY_GRAVITY] = PEND_PARAMETER_GRAVITY, [API_VARY_TERM] = PEND_PARAMETER_TERM};
-    enum pend_parameter_kind kind = kinds[target->quantity];
-    int at = kind == PEND_PARAMETER_TERM ? target->place : target->arm;
-    return (struct pend_parameter){kind, at < 0 ? 0 : at};
-}
-
 static void derived_read_item(struct api_derived *derived, const struct api_value *item,
                               const struct api_tree *tree, struct api_problem *problem) {
     struct api_target target;
     if (!api_field_object(item, problem)) return;
     (void)api_value_only(item, fields, problem);
     if (api_target_read(&target, item, tree, problem))
-        derived->parameter[item->index] = derived_parameter(&target);
+        derived->parameter[item->index] = api_target_parameter(&target);
 }
 
 enum pend_status api_derived_read(struct api_derived *derived, const struct api_value *value,
@@ -58,14 +47,6 @@ enum pend_status api_derived_read(struct api_derived *derived, const struct api_
     for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item))
         derived_read_item(derived, &item, tree, problem);
     return problem->status ? PEND_INVALID : PEND_OK;
-}
-
-void api_derived_check_method(const struct api_derived *derived, const struct api_value *value,
-                              const struct api_method *method, struct api_problem *problem) {
-    if (!derived->count || !method->method || method->method == &pend_method_taylor) return;
-    api_value_fault(value, problem,
-                    API_CODE_UNSUPPORTED "need method taylor in double precision: leave out method "
-                                         "and precision, or the derivatives");
 }
 
 void api_derived_end(struct api_derived *derived) {

@@ -46,11 +46,6 @@ PEND_MUST_CHECK enum pend_status api_derived_read(struct api_derived *derived,
                                                   struct api_problem *problem);
 void api_derived_clear(struct api_derived *derived);
 
-/** Adds an error if the motion's method does not support derivatives; only taylor in doubles
- * does. */
-void api_derived_check_method(const struct api_derived *derived, const struct api_value *value,
-                              const struct api_method *method, struct api_problem *problem);
-
 /** Returns the estimated time, s, of a motion in which the fastest arm turns by a number of
  * radians. O(1). */
 double api_derived_seconds(const struct api_derived *derived, const struct api_tree *tree,

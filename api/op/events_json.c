@@ -68,13 +68,12 @@ static void read_arms(const struct api_events *events, struct pend_event *event,
 /* reads the level: a value, or a bound of the magnitude */
 static void read_level(struct pend_event *event, const struct api_value *condition,
                        struct api_problem *problem) {
-    static const char *const units[] = {"rad", "deg", NULL};
     struct api_value value = api_value_member(condition, "value");
     struct api_value bound = api_value_member(condition, "bound");
     struct api_value unit = api_value_member(condition, "unit");
     int degrees = 0, angle = event->quantity <= PEND_QUANTITY_RATE;
     double least = event->quantity == PEND_QUANTITY_DISTANCE ? 0 : -value_most;
-    (void)api_field_word(&unit, units, &degrees, problem);
+    (void)api_field_word(&unit, api_field_angles, &degrees, problem);
     if (present(&unit) && !angle)
         api_value_fault(&unit, problem,
                         API_CODE_NOT_APPLICABLE "is only for angles and their rates: leave it out");

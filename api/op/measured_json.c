@@ -20,8 +20,6 @@ static const double zero_errors = 4, zero_share = 0.01;
 /* a tip counts as moving on an arc if a parabola explains this fraction of its rise */
 static const double bent_share = 0.3;
 
-static const char *const angle_units[] = {"rad", "deg", NULL};
-
 static int is_place(enum api_csv_role role) { return role == API_CSV_X || role == API_CSV_Y; }
 
 /* writes the names of a table's columns, and why they are not used, for a message */
@@ -144,7 +142,7 @@ int api_measured_read(struct api_measured *table, const struct api_tree *tree,
     *table = (struct api_measured){.roles = {.time = -1}};
     for (; api_value_kind(&arm) != API_MISSING && hints.count < LISTED; arm = api_value_next(&arm))
         listed[hints.count++] = api_tree_read_arm(tree, &arm, problem) + 1;
-    (void)api_field_word(&unit, angle_units, &degrees, problem);
+    (void)api_field_word(&unit, api_field_angles, &degrees, problem);
     hints.degrees = degrees, hints.gives = read_given(&columns, given, problem);
     if (!api_value_text(&text)) {
         api_value_fault(&text, problem, API_CODE_WRONG_TYPE "must be a table as text");

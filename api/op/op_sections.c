@@ -80,12 +80,11 @@ static void sections_clear(void *state) {
 /* reads the angle of the section, as phi in rad */
 static void sections_read_angle(struct sections *sections, const struct api_value *section,
                                 struct api_problem *problem) {
-    static const char *const units[] = {"rad", "deg", NULL};
     struct api_value theta = api_value_member(section, "theta"),
                      phi = api_value_member(section, "phi");
     int degrees = 0, from_theta = api_value_kind(&theta) != API_MISSING;
     double angle = 0;
-    (void)api_field_word(API_MEMBER(section, "unit"), units, &degrees, problem);
+    (void)api_field_word(API_MEMBER(section, "unit"), api_field_angles, &degrees, problem);
     if (from_theta && api_value_kind(&phi) != API_MISSING)
         api_value_fault(&phi, problem,
                         API_CODE_CONFLICT "cannot be combined with \"theta\": give one of the two");

@@ -111,7 +111,11 @@ static enum pend_status trajectory_read_derived(struct trajectory *trajectory,
     enum pend_status status =
         api_derived_read(&trajectory->derived, &value, &trajectory->tree, problem);
     if (status == PEND_NO_MEMORY) return status;
-    api_derived_check_method(&trajectory->derived, &value, &trajectory->method, problem);
+    const struct pend_method *method = trajectory->method.method;
+    if (trajectory->derived.count && method && method != &pend_method_taylor)
+        api_value_fault(&value, problem,
+                        API_CODE_UNSUPPORTED "need method taylor in double precision: leave out "
+                                             "method and precision, or the derivatives");
     return PEND_OK;
 }
 

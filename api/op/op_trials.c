@@ -18,7 +18,6 @@ enum { LINE, POWER, PENDULUM };
 static const char *const fields[] = {"trials", "law", "x", "y", "sigma", "unit", NULL};
 static const char *const columns[] = {"length", "mass", "amplitude", "period", NULL};
 static const char *const laws[] = {"line", "power", "pendulum", NULL};
-static const char *const units[] = {"rad", "deg", NULL};
 static const char *const names[][2] = {{"slope", "intercept"}, {"exponent", "factor"}, {"gravity"}};
 
 struct trial {
@@ -103,7 +102,7 @@ static enum pend_status trials_read(void *state, const struct api_reading *readi
     (void)api_field_word(&law, laws, &trials->law, problem);
     (void)api_field_word(&x, columns, &trials->x, problem);
     (void)api_field_word(&y, columns, &trials->y, problem);
-    (void)api_field_word(&unit, units, &degrees, problem);
+    (void)api_field_word(&unit, api_field_angles, &degrees, problem);
     (void)api_value_read_number(&sigma, 1e-12, 1e12, "", &trials->sigma, problem);
     if (trials->law == PENDULUM && (trials->x != LENGTH || trials->y != PERIOD))
         api_value_fault(&law, problem, API_CODE_CONFLICT "needs x \"length\" and y \"period\"");

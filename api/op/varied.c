@@ -111,3 +111,14 @@ int api_target_read(struct api_target *target, const struct api_value *value,
     if (term >= 0) target_term(value, &vary, term, tree, target, problem);
     return 1;
 }
+
+struct pend_parameter api_target_parameter(const struct api_target *target) {
+    static const enum pend_parameter_kind kinds[API_VARY_COUNT] = {
+        [API_VARY_PHI] = PEND_PARAMETER_PHI,         [API_VARY_THETA] = PEND_PARAMETER_PHI,
+        [API_VARY_PHID] = PEND_PARAMETER_RATE,       [API_VARY_THETAD] = PEND_PARAMETER_RATE,
+        [API_VARY_LENGTH] = PEND_PARAMETER_LENGTH,   [API_VARY_MASS] = PEND_PARAMETER_MASS,
+        [API_VARY_GRAVITY] = PEND_PARAMETER_GRAVITY, [API_VARY_TERM] = PEND_PARAMETER_TERM};
+    enum pend_parameter_kind kind = kinds[target->quantity];
+    int at = kind == PEND_PARAMETER_TERM ? target->place : target->arm;
+    return (struct pend_parameter){kind, at < 0 ? 0 : at};
+}

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "api/read/tree_json.h"
+#include "core/derivatives/parameter.h"
 
 /* The quantities that can vary between members. */
 enum api_quantity {
@@ -39,6 +40,10 @@ struct api_target {
  */
 int api_target_read(struct api_target *target, const struct api_value *value,
                     const struct api_tree *tree, struct api_problem *problem);
+
+/** Returns a target as the parameter of derivatives; arm or place 0 for one that was not found. The
+ * target is no energy. O(1). */
+struct pend_parameter api_target_parameter(const struct api_target *target);
 
 /** Returns name number i, 0 .. API_VARIED - 1: "damping", "pivot_y_amplitude". O(1). */
 const char *api_varied_name(int i);

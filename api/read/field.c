@@ -7,6 +7,8 @@
 
 #include "api/json/did_you_mean.h"
 
+const char *const api_field_angles[] = {"rad", "deg", NULL};
+
 int api_field_needed(const struct api_value *value, struct api_problem *problem) {
     if (api_value_kind(value) != API_MISSING) return 1;
     if (!value->parent || !api_value_meant(value->parent, value->key, problem))
@@ -25,30 +27,26 @@ struct api_value api_field_renamed(const struct api_value *object, const char *n
     return value;
 }
 
-/* adds "must be ..., got ..." for a value of the right kind that is not allowed */
-static int field_beyond(const struct api_value *value, const char *expected,
-                        struct api_problem *problem) {
-    char found[API_FOUND_BYTES];
-    if (api_problem_full(problem)) return -1;
-    api_value_found(value, found);
-    api_value_fault(value, problem, API_CODE_OUT_OF_RANGE "must be %s, got %s", expected, found);
-    return -1;
-}
+/* what is wrong with a value: its kind, its size, or a word that is none of the list */
+enum field_fault { KIND, SIZE, WORD };
 
-/* adds "must be ..., got ..." for a value of another kind */
-static int field_wrong(const struct api_value *value, const char *expected,
+static int field_fault(const struct api_value *value, enum field_fault fault, const char *expected,
                        struct api_problem *problem) {
     char found[API_FOUND_BYTES];
     if (api_problem_full(problem)) return -1;
     api_value_found(value, found);
-    api_value_fault(value, problem, API_CODE_WRONG_TYPE "must be %s, got %s", expected, found);
+    api_value_fault(value, problem,
+                    fault == KIND   ? API_CODE_WRONG_TYPE "must be %s, got %s"
+                    : fault == SIZE ? API_CODE_OUT_OF_RANGE "must be %s, got %s"
+                                    : API_CODE_UNKNOWN_NAME "must be %s, got %s",
+                    expected, found);
     return -1;
 }
 
 int api_field_object(const struct api_value *value, struct api_problem *problem) {
     if (!api_field_needed(value, problem)) return 0;
     if (api_value_kind(value) == API_OBJECT) return 1;
-    field_wrong(value, "an object", problem);
+    field_fault(value, KIND, "an object", problem);
     return 0;
 }
 
@@ -59,7 +57,7 @@ static int field_items(const struct api_value *value, int n, double out[],
     struct api_value item = api_value_item(value, 0);
     for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item)) {
         if (api_value_kind(&item) != API_NUMBER)
-            good = field_wrong(&item, "a number", problem);
+            good = field_fault(&item, KIND, "a number", problem);
         else if (out && item.index < n)
             out[item.index] = api_value_number(&item);
     }
@@ -70,7 +68,7 @@ static int field_items(const struct api_value *value, int n, double out[],
 static int field_no_list(const struct api_value *value, int n, struct api_problem *problem) {
     char expected[64] = "an array of numbers";
     if (n) snprintf(expected, sizeof expected, "an array of %d number%s", n, n == 1 ? "" : "s");
-    return field_wrong(value, expected, problem);
+    return field_fault(value, KIND, expected, problem);
 }
 
 int api_field_numbers(const struct api_value *value, int n, const char *each, double out[],
@@ -107,25 +105,15 @@ int api_field_whole(const struct api_value *value, long least, long greatest, lo
     }
     char expected[80];
     snprintf(expected, sizeof expected, "a whole number from %ld to %ld", least, greatest);
-    if (api_value_kind(value) == API_NUMBER) return field_beyond(value, expected, problem);
-    return field_wrong(value, expected, problem);
+    return field_fault(value, api_value_kind(value) == API_NUMBER ? SIZE : KIND, expected, problem);
 }
 
 int api_field_truth(const struct api_value *value, int *out, struct api_problem *problem) {
     if (api_value_kind(value) == API_MISSING) return 0;
-    if (api_value_kind(value) != API_BOOL) return field_wrong(value, "true or false", problem);
+    if (api_value_kind(value) != API_BOOL)
+        return field_fault(value, KIND, "true or false", problem);
     *out = api_value_number(value) != 0;
     return 1;
-}
-
-/* adds "must be one of ..., got ..." for a text */
-static int field_unknown(const struct api_value *value, const char *expected,
-                         struct api_problem *problem) {
-    char found[API_FOUND_BYTES];
-    if (api_problem_full(problem)) return -1;
-    api_value_found(value, found);
-    api_value_fault(value, problem, API_CODE_UNKNOWN_NAME "must be %s, got %s", expected, found);
-    return -1;
 }
 
 /* writes the words that contain `part`, or all words if it is empty, as a list, as far as there is
@@ -170,7 +158,7 @@ static void field_fault_word(const struct api_value *value, const char *const wo
     }
     (void)field_list_words(words, "", list, sizeof list);
     snprintf(expected, sizeof expected, "one of %s", list);
-    (void)(text ? field_unknown(value, expected, problem) : field_wrong(value, expected, problem));
+    (void)field_fault(value, text ? WORD : KIND, expected, problem);
 }
 
 int api_field_word(const struct api_value *value, const char *const words[], int *out,

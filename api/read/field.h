@@ -8,6 +8,9 @@
 
 #include "api/json/json_in.h"
 
+/* The units of angles, "rad" and "deg", for api_field_word. */
+extern const char *const api_field_angles[];
+
 /** Adds an error if a value is missing or is not an object. Returns true for an object. */
 int api_field_object(const struct api_value *value, struct api_problem *problem);
 

@@ -7,16 +7,6 @@
 /* s, the shortest time between two instants of a table */
 static const double table_finest = 1e-9;
 
-void api_rules_clear(struct api_rules *rules) {
-    for (int i = 0; i < rules->tables; i++) free((void *)rules->table[i].t);
-    free(rules->table);
-    free(rules->joint);
-    free(rules->controller);
-    free(rules->law);
-    free(rules->number);
-    *rules = (struct api_rules){0};
-}
-
 /* reads a list of numbers of a table; returns NULL after an error */
 static const double *table_numbers(const struct api_value *list, int least, int *count,
                                    struct api_problem *problem) {

@@ -33,9 +33,6 @@ enum api_joint_row {
     API_JOINT_ROWS
 };
 
-/** Frees the rules. */
-void api_rules_clear(struct api_rules *rules);
-
 /**
  * Reads a table that drives an arm, {"t", "value", "hold", "outside"}.
  *

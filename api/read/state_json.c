@@ -168,10 +168,10 @@ static int state_form(const struct api_value *value, struct api_problem *problem
 
 /* reads the field unit; returns true for degrees */
 static int read_degrees(const struct api_value *value, struct api_problem *problem) {
-    static const char *const units[] = {"rad", "deg", NULL};
     int unit = 0;
     struct api_value field = api_value_member(value, "unit");
-    if (api_field_word(&field, units, &unit, problem) > 0 && !unit) api_value_usual(&field);
+    if (api_field_word(&field, api_field_angles, &unit, problem) > 0 && !unit)
+        api_value_usual(&field);
     return unit;
 }
 

@@ -211,6 +211,17 @@ void api_terms_init(struct api_terms *terms, int n, struct api_problem *problem)
     *terms = (struct api_terms){.n = n, .problem = problem};
 }
 
+/* Frees the rules. */
+static void api_rules_clear(struct api_rules *rules) {
+    for (int i = 0; i < rules->tables; i++) free((void *)rules->table[i].t);
+    free(rules->table);
+    free(rules->joint);
+    free(rules->controller);
+    free(rules->law);
+    free(rules->number);
+    *rules = (struct api_rules){0};
+}
+
 void api_terms_clear(struct api_terms *terms) {
     for (int r = 0; r < PEND_TERM_ROWS; r++) free(terms->row[r]);
     free(terms->given);

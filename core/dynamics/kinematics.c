@@ -7,6 +7,7 @@
 
 #include "core/base/isa.h"
 #include "core/simd/kernel_sincos.h"
+#include "core/tree/turns.h"
 
 struct kinematics_vector {
     double re, im;
@@ -153,23 +154,12 @@ void pend_kinematics_acceleration(const struct pend_tree *tree, const double phi
         kinematics_write(tree, k, kinematics_bend(tree, phi, rate, acc, k), re, im);
 }
 
-/* a sum and its accumulated rounding error (Knuth's algorithm, without branches) */
-struct kinematics_sum {
-    double sum, lost;
-};
-
-static void kinematics_add(struct kinematics_sum *s, double x) {
-    double sum = s->sum + x, part = sum - s->sum;
-    s->lost += (s->sum - (sum - part)) + (x - part);
-    s->sum = sum;
-}
-
 /* the energy of the state whose angles and rates are entries `from` to `end` - 1 */
 static struct pend_energy kinematics_energy(struct kinematics_units *units,
                                             const struct pend_tree *tree,
                                             const struct pend_loads *loads, int from, int end,
                                             const double phi[], const double rate[]) {
-    struct kinematics_sum kinetic = {0, 0}, moment = {0, 0};
+    struct pend_sum kinetic = {0, 0}, moment = {0, 0};
     struct kinematics_stack stack;
     stack.count = 0;
     for (int k = 0; k < tree->n;) {
@@ -183,13 +173,13 @@ static struct pend_energy kinematics_energy(struct kinematics_units *units,
             struct kinematics_vector turn = {-rate[i] * im, rate[i] * re};
             struct kinematics_vector v =
                 kinematics_tip(tree, k, kinematics_base(tree, k, &stack), turn, &stack);
-            kinematics_add(&kinetic, tree->mass[k] * (v.re * v.re + v.im * v.im));
+            pend_sum_add(&kinetic, tree->mass[k] * (v.re * v.re + v.im * v.im));
             // sum m_k Im z_k, added up by arms instead of tips
-            kinematics_add(&moment, tree->subtree_mass[k] * im);
+            pend_sum_add(&moment, tree->subtree_mass[k] * im);
         }
     }
-    return (struct pend_energy){(kinetic.sum + kinetic.lost) / 2,
-                                loads->gravity * (moment.sum + moment.lost)};
+    return (struct pend_energy){(kinetic.high + kinetic.low) / 2,
+                                loads->gravity * (moment.high + moment.low)};
 }
 
 void pend_kinematics_energies(const struct pend_tree *tree, const struct pend_loads *loads,

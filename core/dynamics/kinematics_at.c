@@ -4,6 +4,7 @@
 #include <math.h>
 
 #include "core/tree/rules.h"
+#include "core/tree/turns.h"
 
 /* (x + y i) times the unit vector of a direction; y is 0 unless the point lies beside the arm's
  * axis */
@@ -47,11 +48,6 @@ static struct at_vector at_rail(const struct pend_loads *loads, double x) {
     return at_turn(x, 0, loads->value[loads->terms->one[PEND_TERM_RAIL]]);
 }
 
-/* true if arm k is a cart; its tip is its position */
-static int at_cart(const struct pend_loads *loads, int k) {
-    return !k && pend_terms_cart(loads->terms);
-}
-
 /* the vector from the tip of arm k's parent to the attachment point of k, in the parent's frame */
 static struct at_vector at_point(const struct pend_tree *tree, const struct pend_loads *loads,
                                  int k) {
@@ -71,7 +67,7 @@ void pend_kinematics_position_at(const struct pend_tree *tree, const struct pend
     for (int k = 0; k < tree->n; k++) {
         int p = tree->parent[k];
         struct at_vector arm = at_turn(tree->len[k], 0, phi[k]), base = pivot;
-        if (at_cart(loads, k)) arm = at_rail(loads, phi[k]);
+        if (pend_loads_cart(loads, k)) arm = at_rail(loads, phi[k]);
         if (p >= 0) {
             struct at_vector back = at_point(tree, loads, k);
             back = at_turn(back.x, back.y, phi[p]);
@@ -93,7 +89,7 @@ static void at_velocities(const struct pend_tree *tree, const struct pend_loads 
             back = at_turn(back.x, back.y, phi[p]);
             base = (struct at_vector){re[p] - rate[p] * back.y, im[p] + rate[p] * back.x};
         }
-        if (at_cart(loads, k)) {
+        if (pend_loads_cart(loads, k)) {
             base = at_rail(loads, rate[k]);
             arm = (struct at_vector){0, 0};
         }
@@ -129,7 +125,7 @@ void pend_kinematics_acceleration_at(const struct pend_tree *tree, const struct 
         int p = tree->parent[k];
         struct at_vector arm = at_bend(at_turn(tree->len[k], 0, phi[k]), rate[k], acc[k]);
         struct at_vector base = pivot;
-        if (at_cart(loads, k)) arm = at_rail(loads, acc[k]);
+        if (pend_loads_cart(loads, k)) arm = at_rail(loads, acc[k]);
         if (p >= 0) {
             struct at_vector back = at_point(tree, loads, k);
             back = at_bend(at_turn(back.x, back.y, phi[p]), rate[p], acc[p]);
@@ -138,17 +134,6 @@ void pend_kinematics_acceleration_at(const struct pend_tree *tree, const struct 
         re[k] = base.x + arm.x;
         im[k] = base.y + arm.y;
     }
-}
-
-/* a sum and its accumulated rounding error */
-struct at_sum {
-    double sum, lost;
-};
-
-static void at_add(struct at_sum *s, double x) {
-    double sum = s->sum + x, part = sum - s->sum;
-    s->lost += (s->sum - (sum - part)) + (x - part);
-    s->sum = sum;
 }
 
 /* largest number of point masses and bodies of which an arm consists */
@@ -184,7 +169,7 @@ static double at_spring(const struct pend_tree *tree, const struct pend_loads *l
     double stiff = pend_terms_get(loads->terms, loads->value, PEND_TERM_STIFFNESS, k);
     int p = pend_terms_holder(loads->terms, tree->parent, k);
     double bent = p < 0 ? phi[k] + M_PI_2 : phi[k] - phi[p];
-    if (at_cart(loads, k)) bent = phi[k];
+    if (pend_loads_cart(loads, k)) bent = phi[k];
     bent -= pend_terms_get(loads->terms, loads->value, PEND_TERM_REST, k);
     return stiff * bent * bent / 2;
 }
@@ -202,7 +187,7 @@ static struct at_vector at_hang(const struct pend_tree *tree, const struct pend_
                                 const struct at_state *state, int k) {
     int p = tree->parent[k];
     double x = tree->len[p], y = 0, c = state->cosine[p], s = state->sine[p];
-    if (at_cart(loads, p)) return (struct at_vector){0, 0};
+    if (pend_loads_cart(loads, p)) return (struct at_vector){0, 0};
     if (loads->terms->hung[k]) {
         x = pend_terms_get(loads->terms, loads->value, PEND_TERM_AT_X, k);
         y = pend_terms_get(loads->terms, loads->value, PEND_TERM_AT_Y, k);
@@ -213,10 +198,10 @@ static struct at_vector at_hang(const struct pend_tree *tree, const struct pend_
 /* computes the velocities of the joints, and returns the kinetic energy */
 static double at_kinetic(const struct pend_tree *tree, const struct pend_loads *loads,
                          struct at_vector pivot, const struct at_state *state) {
-    struct at_sum kinetic = {0, 0};
+    struct pend_sum kinetic = {0, 0};
     struct at_mass mass[AT_POINTS];
     for (int k = 0; k < tree->n; k++) {
-        int p = tree->parent[k], cart = at_cart(loads, k);
+        int p = tree->parent[k], cart = pend_loads_cart(loads, k);
         struct at_vector base = p < 0 ? pivot : at_hang(tree, loads, state, k);
         double turning = cart ? 0 : state->rate[k], sum = 0;
         if (cart) base = at_rail(loads, state->rate[0]);
@@ -232,32 +217,32 @@ static double at_kinetic(const struct pend_tree *tree, const struct pend_loads *
             sum += mass[i].mass * (vx * vx + vy * vy);
             sum += mass[i].inertia * (turning * turning);
         }
-        at_add(&kinetic, sum);
+        pend_sum_add(&kinetic, sum);
         state->x[k] = base.x, state->y[k] = base.y;
     }
-    return (kinetic.sum + kinetic.lost) / 2;
+    return (kinetic.high + kinetic.low) / 2;
 }
 
 /* computes the heights of the joints, and returns the potential energy */
 static double at_potential(const struct pend_tree *tree, const struct pend_loads *loads,
                            double pivot, const double phi[], const struct at_state *state) {
-    struct at_sum potential = {0, 0};
+    struct pend_sum potential = {0, 0};
     struct at_mass mass[AT_POINTS];
     double *height = state->y;
     int springs = loads->terms->row[PEND_TERM_STIFFNESS] >= 0;
     for (int k = 0; k < tree->n; k++) {
-        int p = tree->parent[k], cart = at_cart(loads, k);
+        int p = tree->parent[k], cart = pend_loads_cart(loads, k);
         double base = p < 0 ? pivot : height[p] + at_hang(tree, loads, state, k).y;
         if (cart) base = at_rail(loads, phi[0]).y;
         int points = at_masses(tree, loads, k, mass);
         for (int i = 0; i < points; i++) {
             double up = cart ? 0 : mass[i].at.x * state->sine[k] + mass[i].at.y * state->cosine[k];
-            at_add(&potential, loads->gravity * mass[i].mass * (base + up));
+            pend_sum_add(&potential, loads->gravity * mass[i].mass * (base + up));
         }
         height[k] = base;
-        if (springs) at_add(&potential, at_spring(tree, loads, phi, k));
+        if (springs) pend_sum_add(&potential, at_spring(tree, loads, phi, k));
     }
-    return potential.sum + potential.lost;
+    return potential.high + potential.low;
 }
 
 void pend_kinematics_energies_at(const struct pend_tree *tree, const struct pend_loads *loads,

@@ -163,7 +163,9 @@ enum pend_status pend_ensemble_new(struct pend_ensemble **ensemble,
         head + (doubts + ensemble_doubles(terms, n, kernel->width, series)) * sizeof(double);
     size_t events = pend_ensemble_events_bytes(problem, kernel->width);
     int forces = ensemble_forces(problem);
-    size_t all = bytes + events + pend_ensemble_watch_bytes(problem, forces);
+    // forces are computed from states
+    size_t truth = forces ? pend_event_truth_bytes(problem->tree, &problem->loads) : 0;
+    size_t all = bytes + events + truth;
     struct pend_ensemble *e = aligned_alloc(64, all);
     if (!e)
         return pend_fail(error, PEND_NO_MEMORY, -1, 0,
@@ -187,7 +189,7 @@ enum pend_status pend_ensemble_new(struct pend_ensemble **ensemble,
     e->lanes.forces = forces;
     ensemble_place(e, (char *)e + head, doubts);
     pend_ensemble_events_place(e, (char *)e + bytes);
-    pend_ensemble_watch_place(e, (char *)e + bytes + events);
+    if (forces) pend_event_truth_place(&e->truth, problem->tree, (char *)e + bytes + events);
     if (!pend_pieces_smooth(terms))
         e->alone.method = pend_pieces_method(&pend_method_taylor, terms);
     kernel->prepare(&e->lanes);
@@ -265,7 +267,8 @@ static int ensemble_seat_start(struct pend_ensemble *e, int i) {
         copysign(pend_taylor_first_unit(lanes->n, &member->loads, member->length, member->rate),
                  e->problem.duration);
     pend_ensemble_watch_start(e, i);
-    pend_ensemble_events_start(e, i);
+    size_t watched = (size_t)e->problem.events;
+    if (watched) memset(e->watch + (size_t)i * watched, 0, watched * sizeof *e->watch);
     if (lanes->paired) pend_ensemble_shadow_start(e, i);
     int arms = lanes->n - pend_terms_cart(terms);
     if (!(e->problem.observe & PEND_OBSERVE_ENERGY) && !e->problem.spare) return arms;

@@ -27,12 +27,6 @@ void pend_ensemble_events_place(struct pend_ensemble *e, void *memory) {
                            (char *)memory + events_watches(problem, e->lanes.width));
 }
 
-void pend_ensemble_events_start(struct pend_ensemble *e, int i) {
-    size_t count = (size_t)e->problem.events;
-    assert(i >= 0 && i < e->lanes.width);
-    if (count) memset(e->watch + (size_t)i * count, 0, count * sizeof *e->watch);
-}
-
 /* reports a passage with its state; returns the fraction of the step at which it lies */
 static double events_give(struct pend_ensemble *e, int i, const struct pend_hit *hit) {
     const struct ensemble_lanes *lanes = &e->lanes;

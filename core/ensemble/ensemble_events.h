@@ -11,9 +11,6 @@ size_t pend_ensemble_events_bytes(const struct pend_ensemble_problem *problem, i
 /** Lays out the conditions in that memory, which must be zero and aligned to 64. */
 void pend_ensemble_events_place(struct pend_ensemble *e, void *memory);
 
-/** Clears the data of the previous member in lane i. O(conditions). */
-void pend_ensemble_events_start(struct pend_ensemble *e, int i);
-
 /**
  * Reports the passages in the step that lane i just took.
  *

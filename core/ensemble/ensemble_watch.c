@@ -14,14 +14,6 @@ double pend_ensemble_watch_time(const struct pend_ensemble *e, int i, double par
     return part == 1 ? to : from + (to - from) * part;
 }
 
-size_t pend_ensemble_watch_bytes(const struct pend_ensemble_problem *problem, int forces) {
-    return forces ? pend_event_truth_bytes(problem->tree, &problem->loads) : 0;
-}
-
-void pend_ensemble_watch_place(struct pend_ensemble *e, void *memory) {
-    if (e->lanes.forces) pend_event_truth_place(&e->truth, e->problem.tree, memory);
-}
-
 /* the tree and loads of the member in lane i, with the values that positions and energies need */
 static struct pend_tree watch_member(const struct pend_ensemble *e, int i,
                                      struct pend_loads *loads) {

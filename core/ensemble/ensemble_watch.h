@@ -7,11 +7,6 @@
 
 #include "core/ensemble/ensemble_work.h"
 
-/** Returns the bytes of memory, a multiple of 64, for forces computed from states. The second
- * function lays them out in that memory, aligned to 64. */
-size_t pend_ensemble_watch_bytes(const struct pend_ensemble_problem *problem, int forces);
-void pend_ensemble_watch_place(struct pend_ensemble *e, void *memory);
-
 /**
  * Returns the step that lane i just took, so that events can be searched in it.
  *

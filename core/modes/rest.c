@@ -23,11 +23,6 @@ static double rest_get(const struct pend_loads *loads, enum pend_term_row row, i
     return loads->terms ? pend_terms_get(loads->terms, loads->value, row, k) : 0;
 }
 
-/* true if arm k is a cart */
-static int rest_cart(const struct pend_loads *loads, int k) {
-    return !k && pend_terms_cart(loads->terms);
-}
-
 struct rest_body pend_rest_arm(const struct pend_tree *tree, const struct pend_loads *loads,
                                int k) {
     assert(k >= 0 && k < tree->n);
@@ -35,7 +30,7 @@ struct rest_body pend_rest_arm(const struct pend_tree *tree, const struct pend_l
     double body = rest_get(loads, PEND_TERM_BODY, k), x = rest_get(loads, PEND_TERM_CENTER_X, k);
     double y = rest_get(loads, PEND_TERM_CENTER_Y, k);
     double own = rest_get(loads, PEND_TERM_INERTIA, k);
-    if (rest_cart(loads, k)) {
+    if (pend_loads_cart(loads, k)) {
         double rail = loads->value[loads->terms->one[PEND_TERM_RAIL]];
         return (struct rest_body){m, {m * sin(rail), -m * cos(rail)}, m};
     }
@@ -75,7 +70,7 @@ void pend_rest_point(const struct pend_tree *tree, const struct pend_loads *load
                      double point[2]) {
     assert(k > 0 && k < tree->n);
     int hung = loads->terms && loads->terms->hung[k];
-    if (rest_cart(loads, tree->parent[k])) {
+    if (pend_loads_cart(loads, tree->parent[k])) {
         double rail = loads->value[loads->terms->one[PEND_TERM_RAIL]];
         point[0] = sin(rail), point[1] = -cos(rail);
         return;
@@ -109,7 +104,7 @@ void pend_rest_pull(const struct pend_loads *loads, double pull[2]) {
 static double rest_bent(const struct pend_tree *tree, const struct pend_loads *loads,
                         const double phi[], int k) {
     int p = pend_terms_holder(loads->terms, tree->parent, k);
-    double from = p >= 0 ? phi[p] : rest_cart(loads, k) ? 0 : -M_PI_2;
+    double from = p >= 0 ? phi[p] : pend_loads_cart(loads, k) ? 0 : -M_PI_2;
     return phi[k] - from - rest_get(loads, PEND_TERM_REST, k);
 }
 
@@ -123,7 +118,7 @@ static double rest_slopes(const struct pend_tree *tree, const struct pend_loads 
     pend_rest_pull(loads, pull);
     for (int k = 0; k < tree->n; k++) {
         const struct rest_body *body = &node[k].body;
-        int cart = rest_cart(loads, k);
+        int cart = pend_loads_cart(loads, k);
         double complex turn = cart ? 1 : cexp(I * phi[k]);
         double complex part =
             conj(pull[0] + I * pull[1]) * ((body->moment[0] + I * body->moment[1]) * turn);
@@ -133,7 +128,7 @@ static double rest_slopes(const struct pend_tree *tree, const struct pend_loads 
             fmax(size[cart], hypot(pull[0], pull[1]) * hypot(body->moment[0], body->moment[1]));
     }
     for (int k = 0; k < tree->n; k++) {
-        int p = pend_terms_holder(loads->terms, tree->parent, k), cart = rest_cart(loads, k);
+        int p = pend_terms_holder(loads->terms, tree->parent, k), cart = pend_loads_cart(loads, k);
         double bent = rest_bent(tree, loads, phi, k), spring = node[k].spring * bent;
         double angles = fabs(phi[k]) + fabs(bent) + (p < 0 ? 0 : fabs(phi[p]));
         node[k].slope += spring - node[k].torque;
@@ -142,7 +137,7 @@ static double rest_slopes(const struct pend_tree *tree, const struct pend_loads 
         size[cart] = fmax(size[cart], fmax(node[k].spring * angles, fabs(node[k].torque)));
     }
     for (int k = 0; k < tree->n; k++) {
-        int cart = rest_cart(loads, k);
+        int cart = pend_loads_cart(loads, k);
         most[cart] = fmax(most[cart], fabs(node[k].slope));
     }
     return fmax(size[0] > 0 ? most[0] / size[0] : 0, size[1] > 0 ? most[1] / size[1] : 0);
@@ -158,7 +153,7 @@ static int rest_eliminate(const struct pend_tree *tree, const struct pend_loads 
     for (int k = tree->n - 1; k >= 0; k--) {
         struct rest_node *at = node + k;
         positive &= at->pivot > 0;
-        if (down && !rest_cart(loads, k)) {
+        if (down && !pend_loads_cart(loads, k)) {
             double pull[2];
             pend_rest_pull(loads, pull);
             double most = at->spring +
@@ -189,11 +184,11 @@ static int rest_step(const struct pend_tree *tree, const struct pend_loads *load
         if (!isfinite(node[k].step)) return 0;
         // g (L D L^T)^-1 g, with the gradient g and the factors L D L^T
         *fall += right / node[k].pivot * right;
-        if (!rest_cart(loads, k)) most = fmax(most, fabs(node[k].step));
+        if (!pend_loads_cart(loads, k)) most = fmax(most, fabs(node[k].step));
     }
     // a cart's step is not shortened: the force on the cart does not depend on its position
     double part = most > angle_most ? angle_most / most : 1;
-    for (int k = 0; k < tree->n; k++) node[k].step *= rest_cart(loads, k) ? 1 : part;
+    for (int k = 0; k < tree->n; k++) node[k].step *= pend_loads_cart(loads, k) ? 1 : part;
     *fall *= part;
     return 1;
 }
@@ -208,7 +203,8 @@ static double rest_height(const struct pend_tree *tree, const struct pend_loads 
         double complex moment = node[k].body.moment[0] + I * node[k].body.moment[1];
         double complex part = conj(pull[0] + I * pull[1]) * moment;
         double bent = rest_bent(tree, loads, phi, k);
-        double fall = rest_cart(loads, k) ? -cimag(part) * phi[k] : creal(part * cexp(I * phi[k]));
+        double fall =
+            pend_loads_cart(loads, k) ? -cimag(part) * phi[k] : creal(part * cexp(I * phi[k]));
         double spring = node[k].spring / 2 * bent * bent, torque = -node[k].torque * bent;
         height += fall + spring + torque;
         *size += fabs(fall) + spring + fabs(torque);
@@ -275,7 +271,7 @@ enum pend_status pend_rest_torques(const struct pend_tree *tree, const struct pe
     pend_rest_pull(loads, pull);
     for (int k = tree->n - 1; k >= 0; k--) {
         const struct rest_body *body = &node[k].body;
-        int cart = rest_cart(loads, k);
+        int cart = pend_loads_cart(loads, k);
         double arm = cart ? body->mass : hypot(body->moment[0], body->moment[1]);
         int p = pend_terms_holder(loads->terms, tree->parent, k);
         torque[k] = node[k].slope;

@@ -153,6 +153,16 @@ void pend_orbit_change_leave(struct pend_orbits *o) {
         pend_orbit_search_over(o, PEND_ORBITS_APART);
 }
 
+/* Returns the arm with the largest acceleration at the start of an orbit between two states of
+ * rest. O(n). */
+static int pend_orbit_switch_turning(const struct orbit_newton *newton) {
+    int most = 0;
+    assert(newton->form.equations == newton->form.n);
+    for (int k = 1; k < newton->form.n; k++)
+        if (fabs(newton->map.energy_by[k]) > fabs(newton->map.energy_by[most])) most = k;
+    return most;
+}
+
 enum pend_status pend_orbit_change_looked(struct pend_orbits *o) {
     size_t q = (size_t)o->newton.unknowns;
     int found;

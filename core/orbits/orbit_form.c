@@ -275,26 +275,6 @@ static double form_later(const struct orbit_form *form) {
     return 2 * M_PI / form->omega * form->times / form_spans(form);
 }
 
-int pend_orbit_form_double(struct orbit_form *form) {
-    assert(form->kind == ORBIT_DRIVEN || !form->mirrored);
-    if (2 * form->times > PEND_ORBIT_PERIODS) return 0;
-    form->times *= 2;
-    return 1;
-}
-
-void pend_orbit_form_unmirror(struct orbit_form *form) {
-    assert(form->mirrored);
-    form->mirrored = 0;
-    if (form->kind == ORBIT_QUARTER) form->kind = ORBIT_HALF;
-}
-
-void pend_orbit_form_free(struct orbit_form *form, int turning) {
-    assert(form->kind == ORBIT_QUARTER || form->kind == ORBIT_HALF);
-    form->kind = ORBIT_FREE;
-    form->turning = turning;
-    form->equations = 2 * form->n;
-}
-
 double pend_orbit_form_period(const struct orbit_form *form) {
     return form_spans(form) * form->span;
 }

@@ -101,13 +101,6 @@ void pend_orbit_form_equations(const struct orbit_form *form, const struct orbit
                                double F[], double J[]);
 
 /**
- * Switches to the equations of orbits with twice the period, near the same unknowns.
- *
- * Returns false, and changes nothing, beyond PEND_ORBIT_PERIODS.
- */
-int pend_orbit_form_double(struct orbit_form *form);
-
-/**
  * Changes the shape of the mode to that in which two equal branches swing against each other, with
  * their joint at rest. With three equal branches each frequency is double, and other shapes may
  * have no branch to larger swings.
@@ -119,17 +112,6 @@ int pend_orbit_form_against(struct orbit_form *form);
 
 /** Projects a list of unknowns onto the shape of pend_orbit_form_against, if chosen. O(n). */
 void pend_orbit_form_hold(const struct orbit_form *form, double u[]);
-
-/** Switches from the equations of orbits that are their own mirror image to those of general ones,
- * near the same unknowns. */
-void pend_orbit_form_unmirror(struct orbit_form *form);
-
-/**
- * Switches from the equations of orbits between two states of rest to those of free orbits.
- *
- * turning  the arm that turns back at the start; gravity and springs must accelerate it there.
- */
-void pend_orbit_form_free(struct orbit_form *form, int turning);
 
 /** Returns the distance from the start (side 1), or from the mirror image of the start about
  * hanging (side -1), to the end of a map, or without a map to the start itself. Unit: rad, and

@@ -49,13 +49,6 @@ void pend_orbit_newton_clear(struct orbit_newton *newton) {
     *newton = (struct orbit_newton){.energy = 0};
 }
 
-void pend_orbit_newton_begin(struct orbit_newton *newton) {
-    assert(newton->unknowns >= 2);
-    newton->iteration = newton->under_way = 0;
-    newton->last = newton->size = INFINITY;
-    newton->part = 1;
-}
-
 double pend_orbit_newton_energy(const struct orbit_newton *newton) {
     assert(newton->form.kind != ORBIT_DRIVEN);
     return newton->map.energy - newton->form.rest_potential;
@@ -77,7 +70,11 @@ static void newton_widen(int n, double u[]) {
 }
 
 void pend_orbit_newton_free(struct orbit_newton *newton, int turning, double direction[]) {
-    pend_orbit_form_free(&newton->form, turning);
+    // from orbits between two states of rest; gravity and springs must accelerate the turning arm
+    assert(newton->form.kind == ORBIT_QUARTER || newton->form.kind == ORBIT_HALF);
+    newton->form.kind = ORBIT_FREE;
+    newton->form.turning = turning;
+    newton->form.equations = 2 * newton->form.n;
     newton->unknowns = newton->form.equations + 1;
     newton_widen(newton->form.n, newton->u);
     newton_widen(newton->form.n, direction);

@@ -47,9 +47,6 @@ void pend_orbit_newton_clear(struct orbit_newton *newton);
 /** Returns the bytes of pend_orbit_newton_init and of a map. O(1). */
 double pend_orbit_newton_bytes(const struct pend_orbit_problem *problem);
 
-/** Starts from u; the closing equation, careful and whole must be set. */
-void pend_orbit_newton_begin(struct orbit_newton *newton);
-
 /**
  * Continues by a piece of a map, or a correction.
  *

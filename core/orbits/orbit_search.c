@@ -26,7 +26,9 @@ void pend_orbit_search_begin(struct pend_orbits *o, enum orbits_aim aim) {
     o->newton.whole = (o->problem.branch || o->problem.driven || aim == LAST) && !o->newton.look;
     o->newton.careful = o->problem.driven && aim == FIRST && !o->left;
     o->newton.energy = aim == LAST && !o->problem.driven && o->problem.target == PEND_ORBIT_ENERGY;
-    pend_orbit_newton_begin(&o->newton);
+    o->newton.iteration = o->newton.under_way = 0;
+    o->newton.last = o->newton.size = INFINITY;
+    o->newton.part = 1;
 }
 
 double pend_orbit_search_dot(const double a[], const double b[], int count) {

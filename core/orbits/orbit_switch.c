@@ -13,10 +13,15 @@ int pend_orbit_switch_form(struct orbit_form *form, enum pend_orbits_kind kind) 
         return 1;
     case PEND_ORBITS_SYMMETRY:
         // orbits of a driven pendulum with and without the symmetry satisfy the same equations
-        if (form->mirrored) pend_orbit_form_unmirror(form);
+        if (form->mirrored && form->kind == ORBIT_QUARTER) form->kind = ORBIT_HALF;
+        form->mirrored = 0;
         return 1;
     case PEND_ORBITS_DOUBLING:
-        return pend_orbit_form_double(form);
+        // orbits with twice the period are near the same unknowns
+        assert(form->kind == ORBIT_DRIVEN || !form->mirrored);
+        if (2 * form->times > PEND_ORBIT_PERIODS) return 0;
+        form->times *= 2;
+        return 1;
     case PEND_ORBITS_FOLD:
     case PEND_ORBITS_TORUS:
     case PEND_ORBITS_KINDS:
@@ -46,12 +51,4 @@ enum pend_status pend_orbit_switch_direction(struct orbit_newton *newton, const 
     for (size_t j = 0; j < q; j++) out[j] /= unit;
     *found = 1;
     return PEND_OK;
-}
-
-int pend_orbit_switch_turning(const struct orbit_newton *newton) {
-    int most = 0;
-    assert(newton->form.equations == newton->form.n);
-    for (int k = 1; k < newton->form.n; k++)
-        if (fabs(newton->map.energy_by[k]) > fabs(newton->map.energy_by[most])) most = k;
-    return most;
 }

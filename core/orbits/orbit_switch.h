@@ -30,7 +30,3 @@ int pend_orbit_switch_form(struct orbit_form *form, enum pend_orbits_kind kind);
 PEND_MUST_CHECK enum pend_status pend_orbit_switch_direction(struct orbit_newton *newton,
                                                              const double branch[], int side,
                                                              double out[], int *found);
-
-/** Returns the arm with the largest acceleration at the start of an orbit between two states of
- * rest. O(n). */
-int pend_orbit_switch_turning(const struct orbit_newton *newton);

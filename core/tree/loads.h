@@ -15,6 +15,11 @@ struct pend_loads {
     const double *value;            /* values of the terms, terms->count numbers; not owned */
 };
 
+/** Returns non-zero if stored arm k is a cart. O(1). */
+static inline int pend_loads_cart(const struct pend_loads *loads, int k) {
+    return !k && pend_terms_cart(loads->terms);
+}
+
 /**
  * Checks loads for an integration.
  *

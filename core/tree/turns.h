@@ -18,6 +18,13 @@ struct pend_sum {
     double high, low; /* low is the rounding error of the sum */
 };
 
+/** Adds x, and its rounding error to `low` (Knuth's algorithm, without branches). */
+static inline void pend_sum_add(struct pend_sum *sum, double x) {
+    double high = sum->high + x, part = high - sum->high;
+    sum->low += (sum->high - (high - part)) + (x - part);
+    sum->high = high;
+}
+
 /**
  * Returns the remainder of an angle phi + low: the angle minus whole turns.
  *

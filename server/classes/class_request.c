@@ -258,10 +258,6 @@ int srv_class_request_check(struct srv_store_request *asked) {
     return 1;
 }
 
-int srv_class_request_again(struct srv_store_request *asked, enum srv_stored stored) {
-    return stored == SRV_STORED_AGAIN && srv_class_request_of(asked)->tries++ < SRV_CLASS_TRIES;
-}
-
 /* Answers with the reason why nothing was written. */
 static void request_why(struct srv_class_request *own) {
     struct srv_exchange *exchange = own->exchange;

@@ -84,9 +84,6 @@ int srv_class_request_code(char code[SRV_CLASS_CODE]);
 /** Parses the body as `kind` into asked->body; a check function for srv_store_request_work. */
 int srv_class_request_check(struct srv_store_request *asked);
 
-/** Returns true if the query must be repeated because of a conflicting write by another process. */
-int srv_class_request_again(struct srv_store_request *asked, enum srv_stored stored);
-
 /** Returns the view of a room for the client: its teacher, a pupil, or an operator. */
 struct api_class_room srv_class_request_view(const struct srv_class *room);
 

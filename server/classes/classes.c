@@ -150,7 +150,7 @@ static enum srv_stored erase_run(struct srv_store *store, struct srv_store_call 
 static int classes_written(struct srv_store_request *asked, enum srv_stored stored,
                            void (*answer)(struct srv_store_request *asked,
                                           enum srv_stored stored)) {
-    if (srv_class_request_again(asked, stored)) {
+    if (stored == SRV_STORED_AGAIN && srv_class_request_of(asked)->tries++ < SRV_CLASS_TRIES) {
         srv_store_request_ask(asked, SRV_ASK_WRITE, asked->run, answer);
         return 0;
     }

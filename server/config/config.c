@@ -262,21 +262,6 @@ void *srv_config_value(struct srv_config *config, int i, size_t *bytes) {
                           : (char *)api_limits_value(&config->limits, (int)row.offset);
 }
 
-void srv_config_take(struct srv_config *config, const struct srv_config *from, int i) {
-    assert(config != from);
-    size_t bytes;
-    void *to = srv_config_value(config, i, &bytes);
-    if (bytes) memcpy(to, srv_config_value((struct srv_config *)from, i, &bytes), bytes);
-}
-
-int srv_config_same(const struct srv_config *one, const struct srv_config *other, int i) {
-    size_t bytes;
-    const void *first = srv_config_value((struct srv_config *)one, i, &bytes);
-    const void *second = srv_config_value((struct srv_config *)other, i, &bytes);
-    if (bytes == sizeof(double)) return !memcmp(first, second, bytes);
-    return !bytes || !strcmp(first, second);
-}
-
 int srv_config_answers(const struct srv_config *config) {
     return strcmp(config->role, "worker") != 0;
 }

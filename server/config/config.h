@@ -99,12 +99,6 @@ int srv_config_find(const char *name, size_t bytes, int *i, struct srv_option *r
  */
 void *srv_config_value(struct srv_config *config, int i, size_t *bytes);
 
-/** Returns true if option i of the table has the same value in two configs. */
-int srv_config_same(const struct srv_config *one, const struct srv_config *other, int i);
-
-/** Copies the value of option i of the table from another config. */
-void srv_config_take(struct srv_config *config, const struct srv_config *from, int i);
-
 /** Writes the help; fails as api_buffer_room does. */
 PEND_MUST_CHECK enum pend_status srv_config_help(struct api_buffer *out);
 

@@ -77,6 +77,15 @@ static int assets_embeds(const char *query) {
     return 0;
 }
 
+/* Returns the scheme of the client's request, "http" or "https": that of this server's sockets, or
+ * that reported by a trusted proxy. */
+static const char *srv_exchange_scheme(const struct srv_exchange *exchange) {
+    const struct srv_service *service = exchange->service;
+    const char *said = exchange->field[SRV_SCHEME];
+    if (!said || !srv_peer_trusted(srv_service_trusted(service), exchange->peer)) return "http";
+    return strcmp(said, "https") ? "http" : "https";
+}
+
 /* Writes the page with a tag at the end of its head, which points to the oEmbed description of this
  * link. */
 static enum pend_status assets_told(struct srv_exchange *exchange, const struct srv_asset *page) {

@@ -457,7 +457,7 @@ static void connection_end(struct srv_connections *all, void **socket) {
     if (atomic_load(&connection->watched.late) &&
         connection->hook.strict.requests > connection->done)
         connection_log(connection, "late");
-    srv_recv_hooks_remove(&all->hooks, connection->watched.fd);
+    all->hooks.by_fd[connection->watched.fd] = NULL; /* before its socket is closed */
     srv_watch_remove(all->watch, &connection->watched);
     srv_exchange_clear(&connection->exchange);
     srv_hold_set(&connection->hold, 0);

@@ -96,7 +96,7 @@ static void http_drop(struct srv_http *http) {
     if (http->daemon) MHD_stop_daemon(http->daemon);
     if (http->all.wake >= 0) close(http->all.wake);
     if (http->events >= 0) close(http->events);
-    srv_recv_hooks_clear(&http->all.hooks);
+    free(http->all.hooks.by_fd);
     free(http);
 }
 
@@ -113,7 +113,6 @@ enum pend_status srv_http_new(struct srv_http **http, struct srv_service *servic
         .all = {.service = service, .watch = watch, .probes = probes}, .fd = fd, .listen = 1};
     made->all.wake = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
     made->events = epoll_create1(EPOLL_CLOEXEC);
-    srv_recv_hooks_init(&made->all.hooks);
     struct MHD_OptionItem options[] = {
         {MHD_OPTION_LISTEN_SOCKET, fd, NULL},
         {MHD_OPTION_CONNECTION_LIMIT, (intptr_t)config->connections + HTTP_SPARE, NULL},

@@ -7,16 +7,6 @@
 
 static _Thread_local struct srv_recv_hooks *hooks_here;
 
-void srv_recv_hooks_init(struct srv_recv_hooks *hooks) {
-    assert(hooks);
-    *hooks = (struct srv_recv_hooks){0};
-}
-
-void srv_recv_hooks_clear(struct srv_recv_hooks *hooks) {
-    free(hooks->by_fd);
-    *hooks = (struct srv_recv_hooks){0};
-}
-
 void srv_recv_hooks_here(struct srv_recv_hooks *hooks) { hooks_here = hooks; }
 
 int srv_recv_hooks_add(struct srv_recv_hooks *hooks, int fd, struct srv_recv_hook *hook) {
@@ -32,11 +22,6 @@ int srv_recv_hooks_add(struct srv_recv_hooks *hooks, int fd, struct srv_recv_hoo
     assert(fd < hooks->fds);
     hooks->by_fd[fd] = hook;
     return 1;
-}
-
-void srv_recv_hooks_remove(struct srv_recv_hooks *hooks, int fd) {
-    assert(fd >= 0 && fd < hooks->fds);
-    hooks->by_fd[fd] = NULL;
 }
 
 static struct srv_recv_hook *hook_at(int fd) {

@@ -20,17 +20,8 @@ struct srv_recv_hooks {
     int fds; /* capacity of by_fd */
 };
 
-/** Initializes the hooks, without connections. */
-void srv_recv_hooks_init(struct srv_recv_hooks *hooks);
-
-/** Frees the hooks; no connection may be left. */
-void srv_recv_hooks_clear(struct srv_recv_hooks *hooks);
-
 /** Makes the calling thread read through these hooks. */
 void srv_recv_hooks_here(struct srv_recv_hooks *hooks);
 
 /** Adds a connection; returns 0 if memory is short. */
 int srv_recv_hooks_add(struct srv_recv_hooks *hooks, int fd, struct srv_recv_hook *hook);
-
-/** Removes a connection before its socket is closed. */
-void srv_recv_hooks_remove(struct srv_recv_hooks *hooks, int fd);

@@ -29,11 +29,6 @@ void srv_part_claim_init(struct srv_part_claim *claim, int64_t lease_us) {
     claim->asked = (struct srv_claim){.worker = claim->name, .lease_us = lease_us};
 }
 
-enum srv_stored srv_part_claim_run(struct srv_part_claim *claim, struct srv_store *store) {
-    assert(claim->asked.worker == claim->name);
-    return srv_store_claim(store, &claim->asked, claim->lease);
-}
-
 /* Delays the next claim by a random time, which grows with the number of workers: a notification
  * wakes many of them, and most find the parts already claimed. */
 static void claim_spread(struct srv_part_claim *claim, long workers, int64_t each_us, int64_t now) {

@@ -22,9 +22,6 @@ struct srv_part_claim {
 /** Initializes the claims of a process. lease_us: duration of its leases, us. */
 void srv_part_claim_init(struct srv_part_claim *claim, int64_t lease_us);
 
-/** Claims parts; called on a storage thread. */
-enum srv_stored srv_part_claim_run(struct srv_part_claim *claim, struct srv_store *store);
-
 /**
  * Processes the result of a claim.
  *

@@ -94,7 +94,7 @@ static void slot_retry(struct srv_part_slot *slot, enum srv_part_slot_state agai
 
 static enum srv_stored runner_claim_run(struct srv_store *store, struct srv_store_call *call) {
     struct srv_part_runner *runner = SRV_CONTAINER_OF(call, struct srv_part_runner, ask.call);
-    return srv_part_claim_run(&runner->claim, store);
+    return srv_store_claim(store, &runner->claim.asked, runner->claim.lease);
 }
 
 /* Starts a claimed part in a slot. The caller holds the lock. */
@@ -187,7 +187,7 @@ static void slot_answered(struct srv_part_slot *slot, enum srv_stored stored) {
 }
 
 static void slot_done(struct srv_ask *ask) {
-    struct srv_part_slot *slot = srv_part_slot_of_ask(ask);
+    struct srv_part_slot *slot = SRV_CONTAINER_OF(ask, struct srv_part_slot, ask);
     struct srv_part_runner *runner = slot->runner;
     pthread_mutex_lock(&runner->lock);
     assert(srv_part_runner_valid(runner));
@@ -196,7 +196,7 @@ static void slot_done(struct srv_ask *ask) {
 }
 
 static void slot_beaten(struct srv_ask *beat) {
-    struct srv_part_slot *slot = srv_part_slot_of_beat(beat);
+    struct srv_part_slot *slot = SRV_CONTAINER_OF(beat, struct srv_part_slot, beat);
     struct srv_part_runner *runner = slot->runner;
     enum srv_stored stored = beat->call.stored;
     pthread_mutex_lock(&runner->lock);
@@ -401,8 +401,10 @@ enum pend_status srv_part_runner_new(struct srv_part_runner **runner, struct srv
             .runner = made,
             .holder = made->claim.name,
             .lease_us = made->lease_us,
+            .ask = {.done = slot_done},
+            .beat = {.done = slot_beaten},
         };
-        srv_part_slot_init(slot, slot_done, slot_beaten);
+        srv_part_run_init(&slot->run, service);
     }
     return PEND_OK;
 }
@@ -424,7 +426,7 @@ void srv_part_runner_free(struct srv_part_runner **runner) {
     if (gone->started) pthread_join(gone->thread, NULL);
     for (int i = 0; i < gone->count; i++) {
         assert(gone->slot[i].state == SRV_PART_SLOT_IDLE && !gone->slot[i].beating);
-        srv_part_slot_clear(&gone->slot[i]);
+        srv_part_run_clear(&gone->slot[i].run);
     }
     pthread_cond_destroy(&gone->some);
     pthread_mutex_destroy(&gone->lock);

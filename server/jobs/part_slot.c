@@ -4,14 +4,6 @@
 
 #include "server/store/store_files.h"
 
-struct srv_part_slot *srv_part_slot_of_ask(struct srv_ask *ask) {
-    return SRV_CONTAINER_OF(ask, struct srv_part_slot, ask);
-}
-
-struct srv_part_slot *srv_part_slot_of_beat(struct srv_ask *beat) {
-    return SRV_CONTAINER_OF(beat, struct srv_part_slot, beat);
-}
-
 PEND_VALIDATOR srv_part_slot_valid(const struct srv_part_slot *slot) {
     return slot->service && slot->runner && slot->holder && slot->lease_us > 0 &&
            slot->state >= SRV_PART_SLOT_IDLE && slot->state <= SRV_PART_SLOT_RETRY &&
@@ -104,14 +96,6 @@ int srv_part_slot_beats(const struct srv_part_slot *slot) {
 
 /* --- beginning and end --- */
 
-void srv_part_slot_init(struct srv_part_slot *slot, void (*asked)(struct srv_ask *ask),
-                        void (*beaten)(struct srv_ask *beat)) {
-    assert(slot->service && slot->runner && asked && beaten);
-    slot->ask.done = asked;
-    slot->beat.done = beaten;
-    srv_part_run_init(&slot->run, slot->service);
-}
-
 void srv_part_slot_drop(struct srv_part_slot *slot) {
     srv_part_run_drop(&slot->run);
     srv_lease_clear(&slot->lease);
@@ -119,5 +103,3 @@ void srv_part_slot_drop(struct srv_part_slot *slot) {
     assert(srv_part_slot_valid(slot));
     atomic_store(&slot->run.stop, 0);
 }
-
-void srv_part_slot_clear(struct srv_part_slot *slot) { srv_part_run_clear(&slot->run); }

@@ -43,22 +43,7 @@ struct srv_part_slot {
     struct srv_lease lease;
 };
 
-/**
- * Initializes an idle slot.
- *
- * slot           its service, runner, holder, lease_us and task are set, all else is zero.
- * asked, beaten  called on a storage thread with the result of a query, or of a beat.
- */
-void srv_part_slot_init(struct srv_part_slot *slot, void (*asked)(struct srv_ask *ask),
-                        void (*beaten)(struct srv_ask *beat));
-
-/** Frees the memory of an idle slot. */
-void srv_part_slot_clear(struct srv_part_slot *slot);
-
 /** The slot that sent a query. */
-struct srv_part_slot *srv_part_slot_of_ask(struct srv_ask *ask);
-/** The slot that sent a renewal of its lease. */
-struct srv_part_slot *srv_part_slot_of_beat(struct srv_ask *beat);
 
 /** Returns true if the slot holds a part. Called under the runner's lock, as all functions
  * below. */

@@ -255,6 +255,7 @@ struct srv_claim {
  */
 enum srv_stored srv_store_claim(struct srv_store *store, struct srv_claim *claim,
                                 struct srv_lease lease[]);
+void srv_lease_clear(struct srv_lease *lease);
 
 /**
  * The rank of a job among the jobs of its client; the lowest is next.
@@ -274,7 +275,6 @@ int srv_store_rings(const struct srv_store *store);
 /** Sends notifications, SRV_RING_ bits. PostgreSQL serializes the commits of transactions that
  * notify, so notifications are not sent in the transactions that write. */
 void srv_store_ring(struct srv_store *store, int rings);
-void srv_lease_clear(struct srv_lease *lease);
 
 /** Extends a lease. SRV_STORED_LOST */
 enum srv_stored srv_store_extend(struct srv_store *store, const struct srv_lease *lease,

@@ -3,6 +3,7 @@
 #include <assert.h>
 #include <stdlib.h>
 #include <time.h>
+#include <string.h>
 
 #include "server/base/clock.h"
 
@@ -71,7 +72,9 @@ enum srv_stored srv_store_settle(struct srv_store *store) {
 }
 
 static enum srv_stored store_open(struct srv_store *store) {
-    srv_tally_clear(&store->tally);
+    store->tally.count = store->tally.known = store->tally.ring = 0;
+    store->tally.source[0] = '\0';
+    memset(store->tally.changes, 0, sizeof store->tally.changes);
     store->now = 0;
     store->failed = 0;
     store->ahead.leases = store->ahead.rows = store->ahead.read = 0;

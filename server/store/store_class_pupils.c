@@ -36,12 +36,7 @@ enum srv_stored srv_store_class_comes(struct srv_store *store, const char *code,
     return srv_store_end(store, srv_store_class_from(store, code, source, count));
 }
 
-int64_t srv_store_class_share(const struct srv_store *store) {
-    int64_t quarter = store->rules.class_pupils / 4;
-    return quarter > SRV_CLASS_SHARE ? quarter : SRV_CLASS_SHARE;
-}
-
-/* The numbers in use for a folded name; 1 = the name without a number. */
+/* The numbers in use for a fold; 1 = the name without a number. */
 struct row_fold {
     const char *fold;
     size_t bytes;

@@ -42,9 +42,6 @@ enum srv_stored srv_store_class_from(struct srv_store *store, const char *code, 
 enum srv_stored srv_store_class_comes(struct srv_store *store, const char *code, const char *source,
                                       int64_t *count);
 
-/** Returns the default limit of pupils from one address in a room. */
-int64_t srv_store_class_share(const struct srv_store *store);
-
 /**
  * Makes a joining pupil's nickname unique: if its fold is in use, adds the least free number to the
  * body and to the stored fold. O(pupils of the room).

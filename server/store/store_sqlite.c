@@ -73,7 +73,8 @@ static void sqlite_close(struct srv_sql *sql) {
     if (own->ear >= 0) close(own->ear);
     for (int i = 0; i < SRV_SQL_STATEMENTS; i++) sqlite3_finalize(own->kept[i]);
     sqlite3_finalize(own->rollback);
-    srv_sqlite_disk_close(&own->disk);
+    sqlite3_finalize(own->disk.pages);
+    sqlite3_finalize(own->disk.unused);
     sqlite3_close(own->db);
     free(own);
 }

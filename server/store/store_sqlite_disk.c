@@ -47,11 +47,6 @@ int srv_sqlite_disk_open(struct srv_sqlite_disk *disk, sqlite3 *db) {
     return code;
 }
 
-void srv_sqlite_disk_close(struct srv_sqlite_disk *disk) {
-    sqlite3_finalize(disk->pages);
-    sqlite3_finalize(disk->unused);
-}
-
 void srv_sqlite_disk_begin(struct srv_sqlite_disk *disk, int full) {
     assert(sqlite3_get_autocommit(disk->db) && disk->page_bytes > 0);
     disk->promised = 0;

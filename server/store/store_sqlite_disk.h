@@ -23,9 +23,6 @@ struct srv_sqlite_disk {
  * may set the WAL hook. */
 int srv_sqlite_disk_open(struct srv_sqlite_disk *disk, sqlite3 *db);
 
-/** Frees the statements, before the connection is closed. */
-void srv_sqlite_disk_close(struct srv_sqlite_disk *disk);
-
 /** Call before a transaction begins. full: the disk was full in the last one, so the log is
  * truncated. */
 void srv_sqlite_disk_begin(struct srv_sqlite_disk *disk, int full);

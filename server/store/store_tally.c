@@ -13,12 +13,6 @@ PEND_VALIDATOR srv_tally_valid(const struct srv_tally *tally) {
     return good;
 }
 
-void srv_tally_clear(struct srv_tally *tally) {
-    tally->count = tally->known = tally->ring = 0;
-    tally->source[0] = '\0';
-    memset(tally->changes, 0, sizeof tally->changes);
-}
-
 enum srv_stored srv_tally_client(struct srv_tally *tally, const char *name,
                                  struct srv_tally_client **client) {
     /* search backwards: the last client is likely to be needed again */

@@ -51,9 +51,6 @@ struct srv_tally {
     struct srv_tally_client client[SRV_TALLY_CLIENTS];
 };
 
-/** Discards all changes, after the transaction has ended. */
-void srv_tally_clear(struct srv_tally *tally);
-
 /** Returns the changes of a client. SRV_STORED_AGAIN if the transaction has too many clients. */
 enum srv_stored srv_tally_client(struct srv_tally *tally, const char *name,
                                  struct srv_tally_client **client);

@@ -295,10 +295,3 @@ void srv_exchange_settle(struct srv_exchange *exchange) {
     srv_exchange_crowded(exchange, room, "the answer");
     srv_hold_set(&exchange->hold, exchange->body.cap + exchange->answer.cap);
 }
-
-const char *srv_exchange_scheme(const struct srv_exchange *exchange) {
-    const struct srv_service *service = exchange->service;
-    const char *said = exchange->field[SRV_SCHEME];
-    if (!said || !srv_peer_trusted(srv_service_trusted(service), exchange->peer)) return "http";
-    return strcmp(said, "https") ? "http" : "https";
-}

@@ -224,9 +224,5 @@ void srv_exchange_queued_out(struct srv_exchange *exchange, enum pend_status sta
  * counts the answer's memory. If there is no memory, the answer becomes a problem. */
 void srv_exchange_settle(struct srv_exchange *exchange);
 
-/** Returns the scheme of the client's request, "http" or "https": that of this server's sockets, or
- * that reported by a trusted proxy. */
-const char *srv_exchange_scheme(const struct srv_exchange *exchange);
-
 /** Returns the record of the client that pays for the memory, NULL if memory is short. */
 struct srv_client *srv_exchange_payer(struct srv_exchange *exchange);

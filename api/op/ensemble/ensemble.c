@@ -315,8 +315,6 @@ enum pend_status api_ensemble_new(struct api_ensemble **ensemble,
 
 long api_ensemble_count(const struct api_ensemble *e) { return e->members.count; }
 
-const struct api_table *api_ensemble_table(const struct api_ensemble *e) { return &e->seen.table; }
-
 long api_ensemble_rows(const struct api_ensemble *e) {
     if (e->events.rows) return (long)fmin(api_member_events_most(&e->events), 1e15);
     return e->instants ? e->times.times.count : 1;

@@ -57,10 +57,6 @@ PEND_MUST_CHECK enum pend_status api_ensemble_prepare(struct api_ensemble *ensem
 /** Returns the number of members. */
 long api_ensemble_count(const struct api_ensemble *ensemble);
 
-/** Returns the table of the answer; its rows are in the order of the members, api_ensemble_rows for
- * each. */
-const struct api_table *api_ensemble_table(const struct api_ensemble *ensemble);
-
 /** Returns the number of rows of a member: 1, or the instants of a trajectory; if the rows are
  * passages, the largest possible number. */
 long api_ensemble_rows(const struct api_ensemble *ensemble);

@@ -32,7 +32,6 @@ static int is_size(enum api_quantity quantity) {
 /* reads quantity, arm and unit; returns the factor that converts given numbers to SI units */
 static double read_target(const struct api_value *value, const struct reading *reading,
                           struct api_variation *out) {
-    static const char *const units[] = {"rad", "deg", NULL};
     struct api_value unit = api_value_member(value, "unit");
     struct api_target target;
     int degrees = 0;
@@ -40,7 +39,7 @@ static double read_target(const struct api_value *value, const struct reading *r
                 api_target_read(&target, value, reading->tree, reading->problem);
     out->quantity = target.quantity, out->arm = target.arm, out->place = target.place;
     if (!named) return 1;
-    if (api_field_word(&unit, units, &degrees, reading->problem) > 0 &&
+    if (api_field_word(&unit, api_field_angles, &degrees, reading->problem) > 0 &&
         out->quantity > API_VARY_THETAD)
         api_value_fault(&unit, reading->problem,
                         API_CODE_NOT_APPLICABLE "is only for angles and their rates: leave it out");

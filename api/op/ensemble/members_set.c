@@ -82,7 +82,6 @@ static const char *value_fault(const struct api_target *target, const struct api
 
 static enum pend_status read_set(struct api_sets *sets, const struct api_value *value,
                                  const struct api_tree *tree, struct api_problem *problem) {
-    static const char *const units[] = {"rad", "deg", NULL};
     struct api_value number = api_value_member(value, "value"),
                      unit = api_value_member(value, "unit");
     struct api_target target;
@@ -92,7 +91,7 @@ static enum pend_status read_set(struct api_sets *sets, const struct api_value *
     (void)api_value_only(value, set_fields, problem);
     int named = api_energy_target(&target, value, problem) ||
                 api_target_read(&target, value, tree, problem);
-    if (api_field_word(&unit, units, &degrees, problem) > 0 && named &&
+    if (api_field_word(&unit, api_field_angles, &degrees, problem) > 0 && named &&
         target.quantity > API_VARY_THETAD)
         api_value_fault(&unit, problem,
                         API_CODE_NOT_APPLICABLE "is only for angles and their rates: leave it out");

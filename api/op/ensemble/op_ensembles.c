@@ -52,7 +52,7 @@ static enum pend_status ensembles_read(void *state, const struct api_reading *re
     enum pend_status status = api_ensemble_new(&op->ensemble, reading);
     if (status != PEND_OK) return status;
     op->end = api_ensemble_count(op->ensemble);
-    op->table = *api_ensemble_table(op->ensemble);
+    op->table = op->ensemble->seen.table;
     return PEND_OK;
 }
 

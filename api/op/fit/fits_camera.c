@@ -178,7 +178,6 @@ static const double pi = 3.14159265358979323846;
 static const char *const unknown_fields[] = {"vary", "arm", "harmonic", "guess", "start",
                                              "run",  "low", "high",     "unit",  NULL};
 static const char *const clock_fields[] = {"vary", "series", "guess", "low", "high", NULL};
-static const char *const angle_units[] = {"rad", "deg", NULL};
 
 /* the address of the number in the pendulum or its start */
 static double target_value(const struct api_fit *fit, const struct api_target *target, int run) {
@@ -203,15 +202,6 @@ static double target_value(const struct api_fit *fit, const struct api_target *t
         break;
     }
     return 0;
-}
-
-static struct pend_parameter target_parameter(const struct api_target *target) {
-    static const enum pend_parameter_kind kinds[] = {
-        PEND_PARAMETER_PHI,    PEND_PARAMETER_PHI,  PEND_PARAMETER_RATE,    PEND_PARAMETER_RATE,
-        PEND_PARAMETER_LENGTH, PEND_PARAMETER_MASS, PEND_PARAMETER_GRAVITY, PEND_PARAMETER_TERM};
-    int term = target->quantity == API_VARY_TERM;
-    int at = term ? target->place : target->arm;
-    return (struct pend_parameter){kinds[target->quantity], at < 0 ? 0 : at};
 }
 
 /* 0 for numbers that must not be negative */
@@ -312,7 +302,7 @@ static int read_instrument(struct api_fit *fit, const struct api_value *item,
     if (!name || which == NAMES) return 0;
     (void)api_value_only(item, unknown_fields, problem);
     int at = api_tree_read_arm(&fit->tree, &arm, problem);
-    (void)api_field_word(&unit, angle_units, &degrees, problem);
+    (void)api_field_word(&unit, api_field_angles, &degrees, problem);
     if (problem->status || at < 0) return 1;
     int zero = api_fit_instrument(fit, names[which].kind, at, -1);
     if (zero < 0) {
@@ -381,7 +371,7 @@ static void read_unknown(struct api_fit *fit, const struct api_value *item,
     if (!api_target_read(&target, item, &fit->tree, problem) || problem->count > faults) return;
     if (!target_found(&target)) return;
     int angle = target.quantity <= API_VARY_THETAD;
-    if (api_field_word(&unit, angle_units, &degrees, problem) > 0 && !angle)
+    if (api_field_word(&unit, api_field_angles, &degrees, problem) > 0 && !angle)
         api_value_fault(&unit, problem,
                         API_CODE_NOT_APPLICABLE "is only for angles and their rates: leave it out");
     // bounds of theta are bounds of phi + pi / 2
@@ -389,7 +379,7 @@ static void read_unknown(struct api_fit *fit, const struct api_value *item,
     int first, last;
     if (!unknown_runs(fit, item, angle, &first, &last, problem)) return;
     for (int run = first; run < last && problem->count == faults; run++) {
-        struct pend_fit_unknown u = {.camera = -1, .by = target_parameter(&target), .run = run};
+        struct pend_fit_unknown u = {.camera = -1, .by = api_target_parameter(&target), .run = run};
         u.start = target_value(fit, &target, run), u.low = target_least(fit, &target);
         u.high = INFINITY;
         read_bounds(item, scale, shift, fit->run[run].guessed && angle, &u, problem);

@@ -14,7 +14,6 @@ static const char *const series_fields[] = {
     "of",     "arm",    "phi",    "theta", "joint",  "x",       "y",
     "phid",   "thetad", "passes", "along", "across", "values",  "amplitude",
     "period", "cart",   "sigma",  "unit",  "at",     "gravity", NULL};
-static const char *const angle_units[] = {"rad", "deg", NULL};
 
 int api_fit_part_fits(double rows, double columns, double *taken, const struct api_value *data,
                       const struct api_reading *reading) {
@@ -185,7 +184,7 @@ static void read_series(struct api_fit_part *run, const struct api_tree *tree,
     (void)api_value_only(item, series_fields, problem);
     if (series_kind(run, c, tree, item, problem) < 0) return;
     int passes = column->kind == PEND_FIT_PASSAGE;
-    if (api_field_word(&unit, angle_units, &degrees, problem) > 0 && !is_turn(column->kind))
+    if (api_field_word(&unit, api_field_angles, &degrees, problem) > 0 && !is_turn(column->kind))
         api_value_fault(&unit, problem, API_CODE_NOT_APPLICABLE "is only for angles: leave it out");
     double scale = degrees ? pi / 180 : 1;
     read_place(column, item, problem);

@@ -278,6 +278,17 @@ static void response_row(struct response *response, long row, int lane, int defi
 }
 
 /* computes the next frequencies: a group side by side, or one with drives of its own */
+/* Returns the frequency of row i, rad/s. O(1). */
+static double api_response_omega(const struct api_response *asked, long i) {
+    assert(i >= 0 && i < asked->rows);
+    if (asked->list) return asked->list[i];
+    if (!i) return asked->from;
+    if (i == asked->rows - 1) return asked->to;
+    double part = (double)i / (double)(asked->rows - 1);
+    return asked->logarithmic ? asked->from * pow(asked->to / asked->from, part)
+                              : asked->from + (asked->to - asked->from) * part;
+}
+
 static void response_compute(struct response *response) {
     double omega[PEND_RESPONSE_LANES];
     unsigned char defined[PEND_RESPONSE_LANES];

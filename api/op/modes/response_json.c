@@ -28,7 +28,6 @@ static int present(const struct api_value *value) { return api_value_kind(value)
 /* reads {"x": 1, "y": 0} or {"amplitude": 1, "direction": 0.5} */
 static void read_pivot(struct api_response *asked, const struct api_value *value,
                        struct api_problem *problem) {
-    static const char *const units[] = {"rad", "deg", NULL};
     struct api_value x = api_value_member(value, "x"), y = api_value_member(value, "y");
     struct api_value amplitude = api_value_member(value, "amplitude");
     struct api_value direction = api_value_member(value, "direction");
@@ -42,7 +41,7 @@ static void read_pivot(struct api_response *asked, const struct api_value *value
                                 problem);
     (void)api_value_read_number(&amplitude, 0, amplitude_most, "m", &size, problem);
     (void)api_value_read_number(&direction, -1e6, 1e6, "", &angle, problem);
-    (void)api_field_word(API_MEMBER(value, "unit"), units, &degrees, problem);
+    (void)api_field_word(API_MEMBER(value, "unit"), api_field_angles, &degrees, problem);
     int straight = present(&x) || present(&y), along = present(&direction);
     asked->given = straight || present(&amplitude);
     if (straight && (along || present(&amplitude)))
@@ -244,16 +243,6 @@ static enum pend_status read_omega(struct api_response *asked, const struct api_
         return read_list(asked, value, reading->limits, problem);
     read_range(asked, value, reading->limits, problem);
     return PEND_OK;
-}
-
-double api_response_omega(const struct api_response *asked, long i) {
-    assert(i >= 0 && i < asked->rows);
-    if (asked->list) return asked->list[i];
-    if (!i) return asked->from;
-    if (i == asked->rows - 1) return asked->to;
-    double part = (double)i / (double)(asked->rows - 1);
-    return asked->logarithmic ? asked->from * pow(asked->to / asked->from, part)
-                              : asked->from + (asked->to - asked->from) * part;
 }
 
 /* ---- outputs */

@@ -49,6 +49,3 @@ extern const char *const api_response_outputs[API_RESPONSE_OUTPUTS + 1];
 PEND_MUST_CHECK enum pend_status api_response_read(struct api_response *asked,
                                                    const struct api_reading *reading);
 void api_response_clear(struct api_response *asked);
-
-/** Returns the frequency of row i, rad/s. O(1). */
-double api_response_omega(const struct api_response *asked, long i);

@@ -35,11 +35,10 @@ static void fault_others(const struct api_value *root, const char *const names[]
 
 static void read_amplitude(struct api_orbits *asked, const struct api_value *root,
                            struct api_problem *problem) {
-    static const char *const units[] = {"rad", "deg", NULL};
     struct api_value amplitude = api_value_member(root, "amplitude");
     struct api_value energy = api_value_member(root, "energy");
     int degrees = 0;
-    (void)api_field_word(API_MEMBER(root, "unit"), units, &degrees, problem);
+    (void)api_field_word(API_MEMBER(root, "unit"), api_field_angles, &degrees, problem);
     double turn = degrees ? 180 / pi : 1;
     if (present(&amplitude) == present(&energy)) {
         api_value_fault(present(&energy) ? &energy : &amplitude, problem,
@@ -93,11 +92,6 @@ static void read_brake(struct api_orbits *asked, const struct api_value *root,
 
 /* ---- orbits of driven pendulums */
 
-static const enum pend_parameter_kind kinds[] = {[API_VARY_LENGTH] = PEND_PARAMETER_LENGTH,
-                                                 [API_VARY_MASS] = PEND_PARAMETER_MASS,
-                                                 [API_VARY_GRAVITY] = PEND_PARAMETER_GRAVITY,
-                                                 [API_VARY_TERM] = PEND_PARAMETER_TERM};
-
 /* reads the varied number, unless it is the frequency of the drive */
 static void read_varied(struct api_orbits *asked, const struct api_value *branch,
                         struct api_problem *problem) {
@@ -118,9 +112,8 @@ static void read_varied(struct api_orbits *asked, const struct api_value *branch
                                           "which changes all drives together");
         return;
     }
-    int place = target.quantity == API_VARY_TERM ? target.place : target.arm;
     asked->problem.vary = PEND_ORBIT_PARAMETER;
-    asked->problem.by = (struct pend_parameter){kinds[target.quantity], place < 0 ? 0 : place};
+    asked->problem.by = api_target_parameter(&target);
 }
 
 static double value_from(const struct api_orbits *asked) {

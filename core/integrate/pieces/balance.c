@@ -26,10 +26,6 @@ static double balance_one(const struct pend_loads *loads, enum pend_term_one one
     return loads->terms->one[one] < 0 ? 0 : loads->value[loads->terms->one[one]];
 }
 
-static int balance_cart(const struct pend_loads *loads, int k) {
-    return !k && pend_terms_cart(loads->terms);
-}
-
 double complex pend_balance_turn(double phi) {
     _Alignas(64) double re[PEND_TURN_CAP], im[PEND_TURN_CAP];
     pend_kernel_sincos_base(&phi, 1, re, im);
@@ -71,11 +67,11 @@ static void balance_move(const struct pend_tree *tree, const struct pend_loads *
     for (int k = 0; k < tree->n; k++) {
         struct balance_arm *own = &arm[k];
         int p = tree->parent[k];
-        own->turn = balance_cart(loads, k) ? rail : pend_balance_turn(s->phi[k]);
+        own->turn = pend_loads_cart(loads, k) ? rail : pend_balance_turn(s->phi[k]);
         own->speed = p < 0 ? speed : arm[p].speed;
         own->acc = p < 0 ? acc + twice * speed + I * loads->gravity : arm[p].acc;
         if (p < 0) continue;
-        if (balance_cart(loads, p)) {
+        if (pend_loads_cart(loads, p)) {
             own->speed += rail * s->rate[p];
             own->acc += rail * (s->acc[p] + twice * s->rate[p]);
         } else {
@@ -107,7 +103,7 @@ static void balance_own(const struct pend_tree *tree, const struct pend_loads *l
     struct balance_arm *own = &arm[k];
     double complex moment, whirl = balance_whirl(loads, s, k);
     double inertia, mass = pend_balance_masses(tree, loads, k, &moment, &inertia), l = tree->len[k];
-    if (balance_cart(loads, k)) {
+    if (pend_loads_cart(loads, k)) {
         double twice = 2 * balance_one(loads, PEND_TERM_DRAG_PER_MASS);
         own->force = mass * (own->acc + own->turn * (s->acc[k] + twice * s->rate[k]));
         own->torque = balance_get(loads, PEND_TERM_INERTIA, k) * s->acc[k];
@@ -125,7 +121,7 @@ static double balance_given(const struct pend_tree *tree, const struct pend_load
                             const struct pend_moving *s, int k) {
     int p = pend_terms_holder(loads->terms, tree->parent, k);
     double q = s->phi[k] - (p < 0 ? -M_PI_2 : s->phi[p]), r = s->rate[k] - (p < 0 ? 0 : s->rate[p]);
-    if (balance_cart(loads, k)) q = s->phi[k];
+    if (pend_loads_cart(loads, k)) q = s->phi[k];
     double rise = balance_get(loads, PEND_TERM_INPUT_RATE, k),
            friction = balance_get(loads, PEND_TERM_FRICTION, k);
     double sum = balance_get(loads, PEND_TERM_TORQUE, k) + balance_get(loads, PEND_TERM_INPUT, k) +
@@ -160,16 +156,16 @@ void pend_balance(const struct pend_tree *tree, const struct pend_loads *loads,
     for (int k = 0; k < tree->n; k++) balance_own(tree, loads, state, arm, k);
     for (int k = tree->n - 1; k >= 0; k--) {
         int p = tree->parent[k], holder = pend_terms_holder(loads->terms, tree->parent, k);
-        if (balance_cart(loads, k)) arm[k].torque += creal(conj(arm[k].turn) * arm[k].force);
+        if (pend_loads_cart(loads, k)) arm[k].torque += creal(conj(arm[k].turn) * arm[k].force);
         if (p >= 0) {
             arm[p].force += arm[k].force;
-            if (!loads->terms->hung[k] || balance_cart(loads, p)) arm[p].tip += arm[k].force;
-            if (!balance_cart(loads, p))
+            if (!loads->terms->hung[k] || pend_loads_cart(loads, p)) arm[p].tip += arm[k].force;
+            if (!pend_loads_cart(loads, p))
                 arm[p].torque +=
                     cimag(conj(pend_balance_hangs(tree, loads, k) * arm[p].turn) * arm[k].force);
         }
         if (holder >= 0) arm[holder].torque += arm[k].torque;
-        if (forces) balance_put(&arm[k], balance_cart(loads, k), k, forces);
+        if (forces) balance_put(&arm[k], pend_loads_cart(loads, k), k, forces);
         if (torque) torque[k] = arm[k].torque - balance_given(tree, loads, state, k);
     }
 }

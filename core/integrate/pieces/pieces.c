@@ -45,19 +45,13 @@ static enum pend_status pieces_change(struct pieces *p, struct pend_error *error
 
 /* ---- the stepper of a piece */
 
-static void pieces_add(struct pend_sum *sum, double x) {
-    double high = sum->high + x, part = high - sum->high;
-    sum->low += (sum->high - (high - part)) + (x - part);
-    sum->high = high;
-}
-
 /* closes the stepper; its steps, work and heat are kept */
 static void pieces_leave(struct pieces *p) {
     double work = 0, heat = 0;
     struct pend_stepper_counts counts = p->inner->counts(p->stepper);
     if (counts.steps) p->inner->exchange(p->stepper, &p->reached, 1, &work, &heat);
-    pieces_add(&p->work, work);
-    pieces_add(&p->heat, heat);
+    pend_sum_add(&p->work, work);
+    pend_sum_add(&p->heat, heat);
     p->done.steps += counts.steps;
     p->done.rejected += counts.rejected;
     p->done.evaluations += counts.evaluations;
