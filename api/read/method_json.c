@@ -1,7 +1,6 @@
 #include "api/read/method_json.h"
 
 #include <math.h>
-#include <string.h>
 
 #include "core/integrate/pieces/pieces.h"
 
@@ -43,14 +42,7 @@ static const struct pend_method *read_precision(const struct api_value *value,
                                                 const struct pend_method *method,
                                                 struct api_problem *problem) {
     static const char *const words[] = {"double", "extended", NULL};
-    const char *text = api_value_text(value);
     int chosen = 0;
-    if (text && !strcmp(text, "quad")) {
-        api_value_fault(value, problem,
-                        API_CODE_UNSUPPORTED
-                        "\"quad\" (62 digits) was removed: \"extended\" computes with 32 digits");
-        return NULL;
-    }
     int found = api_field_word(value, words, &chosen, problem);
     if (found > 0 && !chosen) api_value_usual(value);
     if (found < 0) return NULL;

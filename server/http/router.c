@@ -365,15 +365,6 @@ static int router_origin(struct srv_exchange *exchange) {
     return 0;
 }
 
-/* Answers 400 to Job-Notify, because there are no webhooks. */
-static int router_notify(struct srv_exchange *exchange) {
-    if (!exchange->field[SRV_JOB_NOTIFY]) return 1;
-    srv_exchange_problem(exchange, 400,
-                         "Job-Notify: this server sends no webhooks; wait for the job with ?wait=, "
-                         "or listen to its events");
-    return 0;
-}
-
 /* Answers 503 if this process does not serve the route, or no longer does. */
 static int router_role(struct srv_exchange *exchange) {
     const struct srv_route *route = exchange->route;
@@ -421,7 +412,6 @@ static router_stage *const router_head[] = {
     router_exists,       /* 404, 405, OPTIONS */
     router_may,          /* 401, 403: role */
     router_origin,       /* 403 */
-    router_notify,       /* 400: Job-Notify */
     router_role,         /* 503 */
     router_quota,        /* 429 */
 };

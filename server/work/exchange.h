@@ -38,7 +38,6 @@
     X(SRV_PREFER, "Prefer", LIST)                                                                  \
     X(SRV_IDEMPOTENCY_KEY, "Idempotency-Key", ONE)                                                 \
     X(SRV_JOB_TITLE, "Job-Title", ONE)                                                             \
-    X(SRV_JOB_NOTIFY, "Job-Notify", ONE)                                                           \
     X(SRV_ROOM_TOKEN, "Class-Token", ONE)                                                          \
     X(SRV_AUTHORIZATION, "Authorization", ONE)                                                     \
     X(SRV_REQUEST_ID, "X-Request-Id", LAST)                                                        \
