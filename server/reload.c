@@ -67,7 +67,7 @@ static int reload_logs(const struct srv_config *config, int *log, int *audit,
 }
 
 /* Copies the value of option i of the table from another config. */
-static void srv_config_take(struct srv_config *config, const struct srv_config *from, int i) {
+static void reload_take(struct srv_config *config, const struct srv_config *from, int i) {
     assert(config != from);
     size_t bytes;
     void *to = srv_config_value(config, i, &bytes);
@@ -75,21 +75,12 @@ static void srv_config_take(struct srv_config *config, const struct srv_config *
 }
 
 /* Returns true if option i of the table has the same value in two configs. */
-static int srv_config_same(const struct srv_config *one, const struct srv_config *other, int i) {
+static int reload_same(const struct srv_config *one, const struct srv_config *other, int i) {
     size_t bytes;
     const void *first = srv_config_value((struct srv_config *)one, i, &bytes);
     const void *second = srv_config_value((struct srv_config *)other, i, &bytes);
     if (bytes == sizeof(double)) return !memcmp(first, second, bytes);
     return !bytes || !strcmp(first, second);
-}
-
-/* merges the new values; options that need a restart keep theirs */
-static void reload_mix(struct srv_config *config, const struct srv_config *now,
-                       const struct srv_config *next) {
-    struct srv_option row;
-    *config = *now;
-    for (int i = 0; srv_config_row(i, &row); i++)
-        if (srv_reload_may(row.name)) srv_config_take(config, next, i);
 }
 
 /* logs the changed options, and those that need a restart; returns the number of changes */
@@ -98,7 +89,7 @@ static int reload_tell(struct srv_log *log, const struct srv_config *now,
     struct srv_option row;
     int changed = 0;
     for (int i = 0; srv_config_row(i, &row); i++) {
-        if (srv_config_same(now, next, i)) continue;
+        if (reload_same(now, next, i)) continue;
         int may = srv_reload_may(row.name);
         changed += may;
         if (may)
@@ -117,7 +108,10 @@ enum pend_status srv_reload(struct srv_service *service, const struct srv_config
     const struct srv_config *now = srv_service_config(service);
     struct srv_reloaded *made = calloc(1, sizeof *made);
     if (!made) return pend_fail(error, PEND_NO_MEMORY, -1, 0, "out of memory");
-    reload_mix(&made->config, now, next);
+    struct srv_option row;
+    made->config = *now;
+    for (int i = 0; srv_config_row(i, &row); i++) // options that need a restart keep their values
+        if (srv_reload_may(row.name)) reload_take(&made->config, next, i);
     made->job_limits = srv_config_job_limits(&made->config);
     enum pend_status status = srv_peers_read(&made->trusted, made->config.trusted_proxy, error);
     int log, audit;

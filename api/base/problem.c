@@ -187,19 +187,16 @@ static enum pend_status problem_write_detail(const struct api_problem *problem,
     return api_text_quote(out, problem->title, strlen(problem->title));
 }
 
-static enum pend_status problem_write_fault(const struct api_fault *fault, struct api_buffer *out) {
-    PEND_TRY(api_buffer_text(out, "{\"pointer\":"));
-    PEND_TRY(api_text_quote(out, fault->pointer, strlen(fault->pointer)));
-    PEND_TRY(api_buffer_text(out, ",\"detail\":"));
-    PEND_TRY(api_text_quote(out, fault->detail, strlen(fault->detail)));
-    return api_buffer_format(out, ",\"code\":\"%s\"}", fault->code);
-}
-
 static enum pend_status problem_write_faults(const struct api_problem *problem,
                                              struct api_buffer *out) {
     for (int i = 0; i < problem->count; i++) {
         PEND_TRY(api_buffer_text(out, i ? "," : ",\"errors\":["));
-        PEND_TRY(problem_write_fault(&problem->faults[i], out));
+        const struct api_fault *fault = &problem->faults[i];
+        PEND_TRY(api_buffer_text(out, "{\"pointer\":"));
+        PEND_TRY(api_text_quote(out, fault->pointer, strlen(fault->pointer)));
+        PEND_TRY(api_buffer_text(out, ",\"detail\":"));
+        PEND_TRY(api_text_quote(out, fault->detail, strlen(fault->detail)));
+        PEND_TRY(api_buffer_format(out, ",\"code\":\"%s\"}", fault->code));
     }
     if (problem->count) PEND_TRY(api_buffer_text(out, "]"));
     return problem->beyond ? api_buffer_format(out, ",\"errors_omitted\":%ld", problem->beyond)

@@ -81,18 +81,13 @@ static void digest_array(struct digest *digest, const struct api_value *value) {
         digest_value(digest, &item);
 }
 
-/* the number of members that do not repeat a default */
-static int members(const struct api_value *object) {
-    int count = 0;
-    struct api_value member = api_value_first(object);
-    for (; api_value_kind(&member) != API_MISSING; member = api_value_next(&member))
-        count += !api_value_is_usual(&member);
-    return count;
-}
-
 static void digest_object(struct digest *digest, const struct api_value *value) {
     const char *last = NULL;
-    digest_kind(digest, 'o', (uint64_t)members(value));
+    uint64_t members = 0; // that do not repeat a default
+    struct api_value one = api_value_first(value);
+    for (; api_value_kind(&one) != API_MISSING; one = api_value_next(&one))
+        members += !api_value_is_usual(&one);
+    digest_kind(digest, 'o', members);
     for (;;) {
         struct api_value member = api_value_behind(value, last, 1);
         if (!member.node) return;

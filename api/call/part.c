@@ -91,7 +91,7 @@ static enum pend_status part_read(struct api_part *part, struct pend_error *erro
     return status;
 }
 
-PEND_VALIDATOR api_part_valid(const struct api_part *part) {
+PEND_VALIDATOR part_valid(const struct api_part *part) {
     return part->op && part->number >= 0 && (!part->carries || part->op->carry) &&
            (!part->resumes || (part->op->carry && part->number > 0 && !part->wrote)) &&
            (part->format == &api_format_raw ||
@@ -113,7 +113,7 @@ enum pend_status api_part_new(struct api_part **part, const struct api_request *
     if (status == PEND_OK) made->table = *api_op_table(made->op, made->state);
     made->carries = made->op->carry && number + 1 < parts;
     made->resumes = made->op->carry && number > 0;
-    assert(api_part_valid(made) && number < parts);
+    assert(part_valid(made) && number < parts);
     if (status != PEND_OK) api_part_free(part);
     return status;
 }
@@ -163,7 +163,7 @@ enum pend_status api_part_resume(struct api_part *part, const void *carried, siz
 
 enum pend_status api_part_carry(struct api_part *part, struct api_buffer *carried) {
     struct pend_checkpoint checkpoint = {.way = PEND_CHECKPOINT_COUNT};
-    assert(api_part_valid(part) && (part->state || !part->carries));
+    assert(part_valid(part) && (part->state || !part->carries));
     if (!part->carries) return PEND_OK;
     PEND_TRY(part->op->carry(part->state, &checkpoint, NULL));
     PEND_TRY(api_buffer_room(carried, checkpoint.used + API_SEAL_BYTES));
@@ -226,7 +226,7 @@ enum pend_status api_part_run(struct api_part *part, struct api_buffer *out, int
     int over = 0;
     *done = 0;
     error->text[0] = 0;
-    assert(api_part_valid(part) && part->state);
+    assert(part_valid(part) && part->state);
     if (part->resumes)
         return pend_fail(error, PEND_INVALID, -1, 0,
                          "this part needs the checkpoint of the previous one");
@@ -243,7 +243,7 @@ enum pend_status api_part_run(struct api_part *part, struct api_buffer *out, int
     if (*done) return part->wrote ? PEND_OK : part_write_nothing(part, out);
     part->op->json(part->state);
     part->format = &api_format_json;
-    assert(api_part_valid(part));
+    assert(part_valid(part));
     return PEND_OK;
 }
 

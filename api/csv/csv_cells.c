@@ -13,10 +13,10 @@ static int is_blank(char c) { return c == ' ' || c == '\t'; }
 static int is_digit(char c) { return c >= '0' && c <= '9'; }
 
 /* Returns the end of a line: its CR or LF, or the end of the text. */
-static const char *api_csv_line_end(const char *line) { return line + strcspn(line, "\r\n"); }
+static const char *line_end(const char *line) { return line + strcspn(line, "\r\n"); }
 
 const char *api_csv_line_next(const char *line) {
-    const char *end = api_csv_line_end(line);
+    const char *end = line_end(line);
     return end + (end[0] == '\r' && end[1] == '\n' ? 2 : *end != 0);
 }
 
@@ -37,7 +37,7 @@ static const char *cell_end(const char *at, const char *end, char separator) {
 }
 
 int api_csv_cut(const char *line, char separator, struct api_csv_cell cell[API_CSV_COLUMNS]) {
-    const char *end = api_csv_line_end(line), *at = line;
+    const char *end = line_end(line), *at = line;
     int count = 0, blanks = separator == ' ';
     while (blanks && end > at && is_blank(end[-1])) end--;
     for (;;) {

@@ -112,15 +112,6 @@ static int head_lines(const char *text, const struct start *start, const char *l
     return count;
 }
 
-/* a name that spans several columns, such as a tracked body's, applies to each of them */
-static void group_columns(struct api_csv *csv, const struct api_csv_cell cell[], int count) {
-    struct api_csv_cell now = {NULL, 0};
-    for (int i = 0; i < csv->columns; i++) {
-        if (i < count && cell[i].bytes) now = cell[i];
-        csv->column[i].group = now;
-    }
-}
-
 static void layout_names(struct api_csv *csv, const char *text, const struct start *start) {
     struct api_csv_cell cell[API_CSV_COLUMNS];
     const char *line[HEADS] = {NULL};
@@ -137,7 +128,12 @@ static void layout_names(struct api_csv *csv, const char *text, const struct sta
     for (int i = 0; i < csv->columns; i++) csv->column[i].name = cell[i];
     if (at + 1 >= lines) return;
     count = head_cut(csv, line[at + 1], cell);
-    if (count == csv->columns) group_columns(csv, cell, count);
+    // a name that spans several columns, such as a tracked body's, applies to each of them
+    struct api_csv_cell now = {NULL, 0};
+    for (int i = 0; i < csv->columns && count == csv->columns; i++) {
+        if (cell[i].bytes) now = cell[i];
+        csv->column[i].group = now;
+    }
 }
 
 /* --- rows --- */

@@ -235,15 +235,6 @@ static enum pend_status column_fails(const struct api_writer *writer, int c, lon
                      when);
 }
 
-static void writer_take(struct api_writer *writer, long rows, const double *const data[]) {
-    for (int c = 0; c < writer->table.count; c++) {
-        size_t width = (size_t)api_column_numbers(&writer->table.column[c]),
-               count = (size_t)rows * width;
-        double *to = writer->column[c] + (size_t)writer->rows * width;
-        if (count) memcpy(to, data[c], count * sizeof(double));
-    }
-}
-
 /* true if the numbers of some rows fit into 4-byte floats */
 static int all_narrow(const struct api_writer *writer, long rows, const double *const data[]) {
     for (int c = 0; c < writer->table.count; c++) {
@@ -266,10 +257,14 @@ enum pend_status api_writer_finite_block(struct api_writer *writer, long rows,
     assert(api_writer_valid(writer) && rows <= writer->table.rows - writer->rows);
     if (writer->format->binary && writer->table.float32 && !all_narrow(writer, rows, data))
         return PEND_NOT_FINITE;
-    if (writer->turns || !writer->kept)
-        PEND_TRY(rows_write(writer, rows, data, out));
-    else
-        writer_take(writer, rows, data);
+    int kept = writer->kept && !writer->turns;
+    if (!kept) PEND_TRY(rows_write(writer, rows, data, out));
+    for (int c = 0; c < writer->table.count && kept; c++) {
+        size_t width = (size_t)api_column_numbers(&writer->table.column[c]),
+               count = (size_t)rows * width;
+        double *to = writer->column[c] + (size_t)writer->rows * width;
+        if (count) memcpy(to, data[c], count * sizeof(double));
+    }
     writer->rows += rows;
     assert(api_writer_valid(writer));
     return PEND_OK;

@@ -184,15 +184,6 @@ enum pend_status api_raw_from_parquet(const char *data, const struct api_raw_fil
     return PEND_OK;
 }
 
-/* copies row i of a block; successive numbers of the row are stored `apart` doubles apart */
-static void take_row(const struct api_table *table, long i, const double *const data[], long apart,
-                     double to[]) {
-    for (int c = 0; c < table->count; c++) {
-        long width = api_column_numbers(&table->column[c]);
-        for (long k = 0; k < width; k++, to += apart) *to = data[c][i * width + k];
-    }
-}
-
 static enum pend_status parquet_block(struct api_writer *base, long rows,
                                       const double *const data[], struct api_buffer *out) {
     struct parquet_writer *writer = (struct parquet_writer *)base;
@@ -203,7 +194,12 @@ static enum pend_status parquet_block(struct api_writer *base, long rows,
             group = wide = malloc((size_t)writer->width * sizeof *wide);
             if (!wide) return PEND_NO_MEMORY;
         }
-        take_row(&base->table, i, data, writer->most, group + writer->held);
+        // successive numbers of a row are `most` doubles apart
+        double *to = group + writer->held;
+        for (int c = 0; c < base->table.count; c++) {
+            long width = api_column_numbers(&base->table.column[c]);
+            for (long k = 0; k < width; k++, to += writer->most) *to = data[c][i * width + k];
+        }
         if (++writer->held < writer->most) continue;
         writer->held = 0;
         enum pend_status status = put_group(writer, writer->most, writer->most, group, out);

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-PEND_VALIDATOR api_keys_valid(const struct api_keys *keys) {
+PEND_VALIDATOR keys_valid(const struct api_keys *keys) {
     return keys->count <= keys->cap && (!keys->cap || (keys->key && keys->hash));
 }
 
@@ -53,14 +53,14 @@ static enum pend_status keys_grow(struct api_keys *keys) {
 
 enum pend_status api_keys_add(struct api_keys *keys, size_t first, size_t most,
                               struct api_key key) {
-    assert(api_keys_valid(keys) && first <= keys->count);
+    assert(keys_valid(keys) && first <= keys->count);
     uint32_t hash = keys_hash(key.text, key.bytes);
     PEND_TRY(keys_grow(keys));
     if (keys->count - first >= most) return PEND_LIMIT;
     if (keys_there(keys, first, key, hash)) return PEND_INVALID;
     keys->key[keys->count] = key;
     keys->hash[keys->count++] = hash;
-    assert(api_keys_valid(keys));
+    assert(keys_valid(keys));
     return PEND_OK;
 }
 

@@ -20,15 +20,6 @@ static const char *const fields[] = {"vary", "arm", "harmonic", NULL};
 
 /* ---- reading */
 
-static void derived_read_item(struct api_derived *derived, const struct api_value *item,
-                              const struct api_tree *tree, struct api_problem *problem) {
-    struct api_target target;
-    if (!api_field_object(item, problem)) return;
-    (void)api_value_only(item, fields, problem);
-    if (api_target_read(&target, item, tree, problem))
-        derived->parameter[item->index] = api_target_parameter(&target);
-}
-
 enum pend_status api_derived_read(struct api_derived *derived, const struct api_value *value,
                                   const struct api_tree *tree, struct api_problem *problem) {
     *derived = (struct api_derived){.n = tree->n};
@@ -44,8 +35,13 @@ enum pend_status api_derived_read(struct api_derived *derived, const struct api_
     if (!derived->parameter) return PEND_NO_MEMORY;
     derived->count = count;
     struct api_value item = api_value_item(value, 0);
-    for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item))
-        derived_read_item(derived, &item, tree, problem);
+    for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item)) {
+        struct api_target target;
+        if (!api_field_object(&item, problem)) continue;
+        (void)api_value_only(&item, fields, problem);
+        if (api_target_read(&target, &item, tree, problem))
+            derived->parameter[item.index] = api_target_parameter(&target);
+    }
     return problem->status ? PEND_INVALID : PEND_OK;
 }
 

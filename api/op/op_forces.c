@@ -189,10 +189,11 @@ static enum pend_status forces_read_states(struct forces *forces,
     return problem->status ? PEND_INVALID : PEND_OK;
 }
 
-static enum pend_status forces_read_parts(struct forces *forces,
-                                          const struct api_reading *reading) {
+static enum pend_status forces_read(void *state, const struct api_reading *reading) {
+    struct forces *forces = state;
     struct api_value time = api_value_member(reading->root, "time");
     long rounded = 0;
+    forces->format = reading->format;
     (void)api_value_only(reading->root, fields, reading->problem);
     (void)api_value_read_number(&time, -1e9, 1e9, "s", &forces->time, reading->problem);
     api_value_usual_number(&time, 0);
@@ -204,12 +205,6 @@ static enum pend_status forces_read_parts(struct forces *forces,
                               &forces->tree, reading->problem);
     if (status == PEND_NO_MEMORY) return status;
     return forces_read_states(forces, reading);
-}
-
-static enum pend_status forces_read(void *state, const struct api_reading *reading) {
-    struct forces *forces = state;
-    forces->format = reading->format;
-    return forces_read_parts(forces, reading);
 }
 
 /* ---- running */
@@ -316,16 +311,6 @@ static void forces_compute(const struct forces *forces, long s, long i) {
     forces->column[TOTAL][i] = energy.kinetic + energy.potential;
 }
 
-/* creates the derivatives of states, with the first state as an arbitrary start */
-static enum pend_status forces_begin_derived(struct forces *forces, struct pend_error *error) {
-    struct pend_problem problem = {.tree = forces->tree.tree,
-                                   .loads = forces->tree.loads,
-                                   .phi = forces->states->phi,
-                                   .rate = forces->states->rate,
-                                   .times = {.count = 1, .start = forces->time, .divisor = 1}};
-    return api_derived_begin(&forces->derived, &problem, forces->cap, error);
-}
-
 static enum pend_status forces_begin(struct forces *forces, struct api_buffer *out,
                                      struct pend_error *error) {
     PEND_TRY(api_states_settle(forces->states, &forces->tree, error));
@@ -337,7 +322,14 @@ static enum pend_status forces_begin(struct forces *forces, struct api_buffer *o
         *phi = rest.high, *low = rest.low;
     }
     PEND_TRY(forces_allocate(forces, error));
-    if (forces->derived.count) PEND_TRY(forces_begin_derived(forces, error));
+    // derivatives of states; the first state is an arbitrary start
+    struct pend_problem problem = {.tree = forces->tree.tree,
+                                   .loads = forces->tree.loads,
+                                   .phi = forces->states->phi,
+                                   .rate = forces->states->rate,
+                                   .times = {.count = 1, .start = forces->time, .divisor = 1}};
+    if (forces->derived.count)
+        PEND_TRY(api_derived_begin(&forces->derived, &problem, forces->cap, error));
     return api_writer_new(&forces->writer, forces->format, &forces->table, out);
 }
 

@@ -213,15 +213,6 @@ static enum pend_status lyapunov_begin(struct lyapunov *lyapunov, struct api_buf
     return api_writer_new(&lyapunov->writer, lyapunov->format, &lyapunov->table, out);
 }
 
-static enum pend_status lyapunov_flush(struct lyapunov *lyapunov, struct api_buffer *out,
-                                       struct pend_error *error) {
-    long rows = lyapunov->rows;
-    lyapunov->written += rows;
-    lyapunov->rows = 0;
-    return api_writer_block(lyapunov->writer, rows, (const double *const *)lyapunov->column, out,
-                            error);
-}
-
 /* notes when the initial rounding error has grown to the usual accuracy */
 static void lyapunov_watch(struct lyapunov *lyapunov) {
     // the row that is not filled yet
@@ -247,10 +238,12 @@ static enum pend_status lyapunov_step(struct lyapunov *lyapunov, struct api_buff
                             lyapunov->column[1] + lyapunov->rows * lyapunov->count);
     pend_lyapunov_errors(lyapunov->exponents,
                          lyapunov->column[2] + lyapunov->rows * lyapunov->count);
-    lyapunov->rows++;
-    return lyapunov->rows == ROWS || row == lyapunov->table.rows
-               ? lyapunov_flush(lyapunov, out, error)
-               : PEND_OK;
+    long rows = ++lyapunov->rows;
+    if (rows < ROWS && row < lyapunov->table.rows) return PEND_OK;
+    lyapunov->written += rows;
+    lyapunov->rows = 0;
+    return api_writer_block(lyapunov->writer, rows, (const double *const *)lyapunov->column, out,
+                            error);
 }
 
 static enum pend_status lyapunov_piece(struct lyapunov *lyapunov, struct api_buffer *out,

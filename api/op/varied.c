@@ -22,7 +22,7 @@ const char *api_varied_name(int i) {
 }
 
 /* Returns true if the name ("phi", "phid" or "mass") is also that of a number of a cart. O(1). */
-static int api_varied_of_cart(const char *name) {
+static int target_of_cart(const char *name) {
     static const char *const of_cart[] = {
         "phi",          "phid",        "mass", "damping", "stiffness", "torque", "torque_amplitude",
         "torque_omega", "torque_phase"};
@@ -102,7 +102,7 @@ int api_target_read(struct api_target *target, const struct api_value *value,
     target->quantity = term >= 0 ? API_VARY_TERM : (enum api_quantity)chosen;
     target_arm(API_MEMBER(value, "arm"), tree, list[chosen],
                term >= 0 ? api_varied_of_arm(term) : chosen != API_VARY_GRAVITY, target, problem);
-    if (tree->cart && target->arm == 0 && !api_varied_of_cart(list[chosen]))
+    if (tree->cart && target->arm == 0 && !target_of_cart(list[chosen]))
         api_value_fault(
             &vary, problem,
             API_CODE_UNKNOWN_NAME

@@ -212,7 +212,7 @@ void api_terms_init(struct api_terms *terms, int n, struct api_problem *problem)
 }
 
 /* Frees the rules. */
-static void api_rules_clear(struct api_rules *rules) {
+static void terms_rules_clear(struct api_rules *rules) {
     for (int i = 0; i < rules->tables; i++) free((void *)rules->table[i].t);
     free(rules->table);
     free(rules->joint);
@@ -226,7 +226,7 @@ void api_terms_clear(struct api_terms *terms) {
     for (int r = 0; r < PEND_TERM_ROWS; r++) free(terms->row[r]);
     free(terms->given);
     free(terms->harmonic);
-    api_rules_clear(&terms->rules);
+    terms_rules_clear(&terms->rules);
     *terms = (struct api_terms){0};
 }
 

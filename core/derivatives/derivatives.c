@@ -46,7 +46,7 @@ struct pend_derivatives {
     double *view[PEND_DERIVED]; /* the quantities of one pass at one instant, n numbers each */
 };
 
-PEND_VALIDATOR pend_derivatives_valid(const struct pend_derivatives *d) {
+PEND_VALIDATOR derivatives_valid(const struct pend_derivatives *d) {
     return d->count >= 1 && d->passes == (d->count + PASS - 1) / PASS && d->next >= 0 &&
            d->next <= d->problem.times.count && d->order >= 1 && d->pass[0].tree->n >= 1;
 }
@@ -215,13 +215,13 @@ enum pend_status pend_derivatives_new(struct pend_derivatives **derivatives,
     *derivatives = (struct pend_derivatives *)(void *)block;
     **derivatives = sketch;
     derivatives_begin(*derivatives, parameter);
-    assert(pend_derivatives_valid(*derivatives));
+    assert(derivatives_valid(*derivatives));
     return PEND_OK;
 }
 
 void pend_derivatives_free(struct pend_derivatives **derivatives) {
     if (!*derivatives) return;
-    assert(pend_derivatives_valid(*derivatives));
+    assert(derivatives_valid(*derivatives));
     pend_terms_free(&(*derivatives)->none);
     free(*derivatives);
     *derivatives = NULL;
@@ -395,7 +395,7 @@ enum pend_status pend_derivatives_next(struct pend_derivatives *derivatives,
                                        const struct pend_derived_rows *rows, long cap, double work,
                                        long *made, struct pend_error *error) {
     struct pend_derivatives *d = derivatives;
-    assert(pend_derivatives_valid(d) && cap >= 1);
+    assert(derivatives_valid(d) && cap >= 1);
     const struct pend_times *times = &d->problem.times;
     double spent = 0, pass = derivatives_times * d->passes * d->problem.tree->n;
     *made = 0;
@@ -424,7 +424,7 @@ void pend_derivatives_state(struct pend_derivatives *derivatives, const double p
                             const double phi_low[], const double rate[], double time,
                             const struct pend_derived_rows *rows, long row) {
     struct pend_derivatives *d = derivatives;
-    assert(pend_derivatives_valid(d) && row >= 0);
+    assert(derivatives_valid(d) && row >= 0);
     int dynamics, more, n = d->problem.tree->n;
     struct derivatives_view view = derivatives_look(d, rows, &dynamics, &more);
     for (int i = 0; i < d->passes; i++) {
@@ -462,7 +462,7 @@ long pend_derivatives_steps(const struct pend_derivatives *derivatives) {
 enum pend_status pend_derivatives_carry(struct pend_derivatives *derivatives,
                                         struct pend_checkpoint *checkpoint) {
     struct pend_derivatives *d = derivatives;
-    assert(pend_derivatives_valid(d) && d->failure.code == PEND_OK);
+    assert(derivatives_valid(d) && d->failure.code == PEND_OK);
     double *numbers[] = {&d->time, &d->reached, &d->next_unit, &d->pass[0].unit};
     pend_checkpoint_counts(checkpoint, &d->steps, 1);
     pend_checkpoint_counts(checkpoint, &d->next, 1);

@@ -19,7 +19,7 @@ struct fit_search {
     gsl_multifit_nlinear_fdf fdf;
 };
 
-PEND_VALIDATOR pend_fit_valid(const struct pend_fit *fit) {
+PEND_VALIDATOR fit_valid(const struct pend_fit *fit) {
     return fit->problem.unknowns >= 1 && fit->window >= 1 && fit->window <= fit->problem.rows;
 }
 
@@ -168,14 +168,14 @@ enum pend_status pend_fit_new(struct pend_fit **fit, const struct pend_fit_probl
     made->swing = fit_swing(problem);
     made->apt = pend_fit_runs(problem) > 1 || pend_fit_pieces_apt(problem, made->swing);
     fit_cap(&made->problem);
-    assert(pend_fit_valid(made));
+    assert(fit_valid(made));
     *fit = made;
     return PEND_OK;
 }
 
 void pend_fit_free(struct pend_fit **fit) {
     if (!*fit) return;
-    assert(pend_fit_valid(*fit));
+    assert(fit_valid(*fit));
     gsl_multifit_nlinear_free((*fit)->search->work);
     pend_fit_pieces_free(&(*fit)->pieces);
     pend_fit_free(&(*fit)->single);
@@ -433,7 +433,7 @@ static enum pend_status fit_runs_alone(struct pend_fit *fit, struct pend_error *
 }
 
 enum pend_status pend_fit_step(struct pend_fit *fit, int *done, struct pend_error *error) {
-    assert(pend_fit_valid(fit));
+    assert(fit_valid(fit));
     int over = 1;
     *done = fit->ready;
     if (fit->ready) return PEND_OK;
@@ -454,7 +454,7 @@ enum pend_status pend_fit_step(struct pend_fit *fit, int *done, struct pend_erro
 }
 
 struct pend_fit_result pend_fit_result(const struct pend_fit *fit) {
-    assert(pend_fit_valid(fit) && fit->ready);
+    assert(fit_valid(fit) && fit->ready);
     struct pend_fit_result result = fit->result;
     result.value = fit->value, result.error = fit->error, result.correlation = fit->correlation;
     result.residual = fit->residual, result.bounded = fit->bounded;

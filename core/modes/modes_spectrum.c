@@ -89,8 +89,8 @@ enum pend_status pend_spectrum_check(const struct pend_spectrum *spectrum,
  * count  1 .. 16.
  * shift  ascending, 1/s^2.
  */
-static void pend_spectrum_below(const struct pend_spectrum *spectrum, int count,
-                                const double shift[], int below[]) {
+static void spectrum_below(const struct pend_spectrum *spectrum, int count, const double shift[],
+                           int below[]) {
     assert(count >= 1 && count <= SPECTRUM_SHIFTS);
     for (int i = 1; i < count; i++) assert(!(shift[i] < shift[i - 1]));
     const struct pend_modes_kernel *kernel = PEND_ISA_PICK(pend_modes_kernel, pend_isa_best());
@@ -118,7 +118,7 @@ void pend_spectrum_between(const struct pend_spectrum *spectrum, double from, do
     to *= fabs(to);
     double shift[] = {from - 2 * DBL_EPSILON * fabs(from), to + 2 * DBL_EPSILON * fabs(to)};
     int below[2];
-    pend_spectrum_below(spectrum, 2, shift, below);
+    spectrum_below(spectrum, 2, shift, below);
     *first = below[0];
     *count = below[1] > below[0] ? below[1] - below[0] : 0;
 }
@@ -142,7 +142,7 @@ double pend_spectrum_cut(const struct pend_spectrum *spectrum, int number, int a
         double at[SPECTRUM_SHIFTS], shift[SPECTRUM_SHIFTS];
         int below[SPECTRUM_SHIFTS], i = 0;
         spectrum_shifts(lo, hi, negative, at, shift);
-        pend_spectrum_below(spectrum, SPECTRUM_SHIFTS, shift, below);
+        spectrum_below(spectrum, SPECTRUM_SHIFTS, shift, below);
         /* the first shift above the eigenvalue of a given number */
         while (i < SPECTRUM_SHIFTS - 1 && below[i] < number) i++;
         if (i == 0 || below[i] == number) return shift[i];

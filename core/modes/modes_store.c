@@ -33,7 +33,7 @@ enum pend_status pend_modes_alloc(struct pend_modes **modes, int count, int n, i
     return PEND_OK;
 }
 
-PEND_VALIDATOR pend_modes_valid(const struct pend_modes *modes) {
+PEND_VALIDATOR modes_valid(const struct pend_modes *modes) {
     int growing = 0;
     if (modes->count < 0 || modes->n < 1 || modes->first < 0 || !modes->vector != !modes->norm)
         return 0;
@@ -53,7 +53,7 @@ void pend_modes_trim(struct pend_modes *modes, int from, int end) {
         modes->norm += from;
     }
     for (int k = 0; k < modes->count; k++) modes->growing += modes->omega[k] < 0;
-    assert(pend_modes_valid(modes));
+    assert(modes_valid(modes));
 }
 
 void pend_modes_free(struct pend_modes **modes) {
@@ -190,7 +190,7 @@ double pend_modes_theta(double phi, double low) {
 enum pend_status pend_modes_decompose(const struct pend_modes *modes, const struct pend_tree *tree,
                                       const unsigned char up[], const double theta[],
                                       const double rate[], double first[], double second[]) {
-    assert(pend_modes_valid(modes) && modes->vector && tree->n == modes->n);
+    assert(modes_valid(modes) && modes->vector && tree->n == modes->n);
     int n = modes->n;
     double *product = malloc(2 * (size_t)n * sizeof *product);
     if (!product) return PEND_NO_MEMORY;

@@ -155,7 +155,7 @@ void pend_orbit_change_leave(struct pend_orbits *o) {
 
 /* Returns the arm with the largest acceleration at the start of an orbit between two states of
  * rest. O(n). */
-static int pend_orbit_switch_turning(const struct orbit_newton *newton) {
+static int change_turning(const struct orbit_newton *newton) {
     int most = 0;
     assert(newton->form.equations == newton->form.n);
     for (int k = 1; k < newton->form.n; k++)
@@ -170,7 +170,7 @@ enum pend_status pend_orbit_change_looked(struct pend_orbits *o) {
                                          o->leaving, &found));
     if (!found && o->newton.form.equations == o->newton.form.n) {
         // free orbits may start at this bifurcation
-        pend_orbit_newton_free(&o->newton, pend_orbit_switch_turning(&o->newton), o->turned);
+        pend_orbit_newton_free(&o->newton, change_turning(&o->newton), o->turned);
         memcpy(o->last.u, o->newton.u, (size_t)o->newton.unknowns * sizeof(double));
         pend_orbit_search_begin(o, LOOK);
         return PEND_OK;

@@ -12,7 +12,7 @@ void srv_buffer_pool_clear(struct srv_buffer_pool *pool) {
     pthread_mutex_destroy(&pool->lock);
 }
 
-PEND_VALIDATOR srv_buffer_pool_valid(const struct srv_buffer_pool *pool) {
+PEND_VALIDATOR buffer_pool_valid(const struct srv_buffer_pool *pool) {
     int good = pool->count >= 0 && pool->count <= SRV_BUFFER_POOL;
     for (int i = 0; good && i < pool->count; i++)
         good = pool->buffer[i].data && !pool->buffer[i].bytes && pool->buffer[i].cap &&
@@ -25,7 +25,7 @@ void srv_buffer_pool_take(struct srv_buffer_pool *pool, struct api_buffer *buffe
     if (buffer->cap) return;
     assert(!buffer->data && !buffer->bytes);
     pthread_mutex_lock(&pool->lock);
-    assert(srv_buffer_pool_valid(pool));
+    assert(buffer_pool_valid(pool));
     if (pool->count) *buffer = pool->buffer[--pool->count];
     pthread_mutex_unlock(&pool->lock);
     /* a buffer never has more room than its limit */
@@ -41,7 +41,7 @@ void srv_buffer_pool_give(struct srv_buffer_pool *pool, struct api_buffer *buffe
         pool->buffer[pool->count++].bytes = 0;
         api_buffer_init(buffer, limit);
     }
-    assert(srv_buffer_pool_valid(pool));
+    assert(buffer_pool_valid(pool));
     pthread_mutex_unlock(&pool->lock);
     api_buffer_clear(buffer);
 }

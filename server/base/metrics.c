@@ -101,15 +101,6 @@ static enum pend_status metrics_counters(const struct srv_metrics *metrics,
     return PEND_OK;
 }
 
-static enum pend_status metrics_gauges(const struct srv_gauges *gauges, struct api_buffer *out) {
-    for (size_t i = 0; i < COUNT(metrics_gauge); i++) {
-        PEND_TRY(metrics_row(out, &metrics_gauge[i], !i, "gauge"));
-        PEND_TRY(api_buffer_format(
-            out, "%.15g\n", *(const double *)((const char *)gauges + metrics_gauge[i].offset)));
-    }
-    return PEND_OK;
-}
-
 static enum pend_status metrics_requests(const struct srv_metrics *metrics,
                                          const char *(*label)(int route), struct api_buffer *out) {
     static const char name[] = "pendulumd_requests_total";
@@ -170,5 +161,10 @@ enum pend_status srv_metrics_write(struct srv_metrics *metrics, const struct srv
                                api_version, api_engine_name));
     PEND_TRY(metrics_stages(metrics, out));
     PEND_TRY(metrics_counters(metrics, out));
-    return metrics_gauges(gauges, out);
+    for (size_t i = 0; i < COUNT(metrics_gauge); i++) {
+        PEND_TRY(metrics_row(out, &metrics_gauge[i], !i, "gauge"));
+        PEND_TRY(api_buffer_format(
+            out, "%.15g\n", *(const double *)((const char *)gauges + metrics_gauge[i].offset)));
+    }
+    return PEND_OK;
 }

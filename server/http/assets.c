@@ -79,7 +79,7 @@ static int assets_embeds(const char *query) {
 
 /* Returns the scheme of the client's request, "http" or "https": that of this server's sockets, or
  * that reported by a trusted proxy. */
-static const char *srv_exchange_scheme(const struct srv_exchange *exchange) {
+static const char *assets_scheme(const struct srv_exchange *exchange) {
     const struct srv_service *service = exchange->service;
     const char *said = exchange->field[SRV_SCHEME];
     if (!said || !srv_peer_trusted(srv_service_trusted(service), exchange->peer)) return "http";
@@ -92,7 +92,7 @@ static enum pend_status assets_told(struct srv_exchange *exchange, const struct 
     const char *end = strstr(page->plain, "</head>");
     size_t head = end ? (size_t)(end - page->plain) : page->plain_bytes;
     PEND_TRY(api_buffer_add(&exchange->answer, page->plain, head));
-    PEND_TRY(api_oembed_tag(srv_exchange_scheme(exchange), exchange->host, exchange->query,
+    PEND_TRY(api_oembed_tag(assets_scheme(exchange), exchange->host, exchange->query,
                             &exchange->answer));
     return api_buffer_add(&exchange->answer, page->plain + head, page->plain_bytes - head);
 }

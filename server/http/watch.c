@@ -50,7 +50,7 @@ struct srv_watch {
     struct watch_lingerer linger[SRV_WATCH_LINGERING];
 };
 
-PEND_VALIDATOR srv_watch_valid(const struct srv_watch *watch) {
+PEND_VALIDATOR watch_valid(const struct srv_watch *watch) {
     return watch->count >= 0 && watch->waiting >= 0 && watch->waiting <= watch->count &&
            watch->lingerers >= 0 && watch->lingerers <= SRV_WATCH_LINGERING &&
            srv_list_empty(&watch->watched) == !watch->count;
@@ -138,7 +138,7 @@ static void watch_linger_round(struct srv_watch *watch) {
             close(lingerer.fd);
     }
     watch->lingerers = kept;
-    assert(srv_watch_valid(watch));
+    assert(watch_valid(watch));
 }
 
 static void watch_sleep(struct srv_watch *watch) {
@@ -208,31 +208,31 @@ static void watch_wake(struct srv_watch *watch) {
 
 void srv_watch_add(struct srv_watch *watch, struct srv_watched *watched, int64_t deadline) {
     pthread_mutex_lock(&watch->lock);
-    assert(srv_watch_valid(watch));
+    assert(watch_valid(watch));
     watched->phase = SRV_WATCH_IDLE;
     watched->deadline = deadline;
     watched->since = srv_clock_now();
     watched->served = watched->seen = 0;
     srv_list_append(&watch->watched, &watched->link);
     if (!watch->count++) watch_wake(watch);
-    assert(srv_watch_valid(watch));
+    assert(watch_valid(watch));
     pthread_mutex_unlock(&watch->lock);
 }
 
 void srv_watch_remove(struct srv_watch *watch, struct srv_watched *watched) {
     pthread_mutex_lock(&watch->lock);
-    assert(srv_watch_valid(watch));
+    assert(watch_valid(watch));
     srv_list_remove(&watched->link);
     watch->count--;
     watch->waiting -= watched->phase == SRV_WATCH_WAITING;
-    assert(srv_watch_valid(watch));
+    assert(watch_valid(watch));
     pthread_mutex_unlock(&watch->lock);
 }
 
 void srv_watch_phase(struct srv_watch *watch, struct srv_watched *watched,
                      enum srv_watch_phase phase, int64_t deadline) {
     pthread_mutex_lock(&watch->lock);
-    assert(srv_watch_valid(watch));
+    assert(watch_valid(watch));
     int waits = phase == SRV_WATCH_WAITING;
     if (waits != (watched->phase == SRV_WATCH_WAITING)) {
         watch->waiting += waits ? 1 : -1;
@@ -248,7 +248,7 @@ void srv_watch_phase(struct srv_watch *watch, struct srv_watched *watched,
         watched->served = 1;
     }
     if (phase == SRV_WATCH_WAITING) watch_wake(watch);
-    assert(srv_watch_valid(watch));
+    assert(watch_valid(watch));
     pthread_mutex_unlock(&watch->lock);
 }
 
@@ -256,7 +256,7 @@ int srv_watch_crowd_out(struct srv_watch *watch) {
     struct srv_watched *found = NULL;
     int most = 0;
     pthread_mutex_lock(&watch->lock);
-    assert(srv_watch_valid(watch));
+    assert(watch_valid(watch));
     /* Connections that have always been idle are in the order in which they were added. */
     SRV_LIST_EACH (link, &watch->watched) {
         struct srv_watched *at = watch_of_link(link);
@@ -270,7 +270,7 @@ int srv_watch_crowd_out(struct srv_watch *watch) {
         shutdown(found->fd, SHUT_RDWR);
         found->siblings = NULL;
     }
-    assert(srv_watch_valid(watch));
+    assert(watch_valid(watch));
     pthread_mutex_unlock(&watch->lock);
     return found != NULL;
 }
@@ -285,7 +285,7 @@ void srv_watch_key(struct srv_watch *watch, struct srv_watched *watched, struct 
 
 void srv_watch_leave_all(struct srv_watch *watch) {
     pthread_mutex_lock(&watch->lock);
-    assert(srv_watch_valid(watch));
+    assert(watch_valid(watch));
     SRV_LIST_EACH (link, &watch->watched) {
         struct srv_watched *watched = watch_of_link(link);
         if ((watched->phase == SRV_WATCH_WAITING || watched->phase == SRV_WATCH_STREAMING ||
@@ -295,7 +295,7 @@ void srv_watch_leave_all(struct srv_watch *watch) {
             watched->left(watched);
         }
     }
-    assert(srv_watch_valid(watch));
+    assert(watch_valid(watch));
     pthread_mutex_unlock(&watch->lock);
 }
 
@@ -305,7 +305,7 @@ int srv_watch_busy(struct srv_watch *watch, int64_t began, int64_t patience) {
             lingering = now + (int64_t)SRV_WATCH_LINGER_MS * 1000000 - moment;
     if (patience < moment) patience = moment;
     pthread_mutex_lock(&watch->lock);
-    assert(srv_watch_valid(watch));
+    assert(watch_valid(watch));
     for (int i = 0; i < watch->lingerers; i++) busy += watch->linger[i].deadline > lingering;
     SRV_LIST_EACH (link, &watch->watched) {
         struct srv_watched *watched = watch_of_link(link);
@@ -317,7 +317,7 @@ int srv_watch_busy(struct srv_watch *watch, int64_t began, int64_t patience) {
                 (watched->served && now - began < kept) || ioctl(watched->fd, FIONREAD, &unread) ||
                 unread;
     }
-    assert(srv_watch_valid(watch));
+    assert(watch_valid(watch));
     pthread_mutex_unlock(&watch->lock);
     return busy;
 }
@@ -325,14 +325,14 @@ int srv_watch_busy(struct srv_watch *watch, int64_t began, int64_t patience) {
 void srv_watch_linger(struct srv_watch *watch, int fd) {
     shutdown(fd, SHUT_WR);
     pthread_mutex_lock(&watch->lock);
-    assert(srv_watch_valid(watch));
+    assert(watch_valid(watch));
     int room = watch->lingerers < watch->most;
     if (room) {
         int64_t deadline = srv_clock_now() + (int64_t)SRV_WATCH_LINGER_MS * 1000000;
         watch->linger[watch->lingerers++] = (struct watch_lingerer){fd, deadline};
         watch_wake(watch);
     }
-    assert(srv_watch_valid(watch));
+    assert(watch_valid(watch));
     pthread_mutex_unlock(&watch->lock);
     if (!room) close(fd);
 }

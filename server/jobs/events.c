@@ -29,7 +29,7 @@ struct srv_events {
     int topics;
 };
 
-PEND_VALIDATOR srv_events_valid(const struct srv_events *events) {
+PEND_VALIDATOR events_valid(const struct srv_events *events) {
     return events->service && events->most > 0 && events->count >= 0 &&
            events->count <= events->most && srv_list_empty(&events->listeners) == !events->count &&
            events->topics >= 0 && events->topics <= EVENTS_TOPICS;
@@ -141,7 +141,7 @@ static enum pend_status events_begin(struct srv_events *events, struct srv_liste
     if (!made->until && !made->media_type)
         status = api_buffer_format(&made->text, "retry: %d\n\n", SRV_EVENTS_RETRY_MS);
     pthread_mutex_lock(&events->lock);
-    assert(srv_events_valid(events));
+    assert(events_valid(events));
     *own = events_sated(events, &exchange->identity);
     if (status == PEND_OK && (*own || events->count >= events->most)) status = PEND_LIMIT;
     if (status == PEND_OK && made->topic->enter) status = made->topic->enter(made);
@@ -164,7 +164,7 @@ static enum pend_status events_begin(struct srv_events *events, struct srv_liste
         if (events->count == 1) pthread_cond_signal(&events->some);
         if (made->until && made->over) listener_answer(events, made);
     }
-    assert(srv_events_valid(events));
+    assert(events_valid(events));
     pthread_mutex_unlock(&events->lock);
     return status;
 }
@@ -224,7 +224,7 @@ long srv_events_read(struct srv_exchange *exchange, char *to, size_t cap,
     struct srv_events *events = exchange->service->events;
     long result = SRV_INFLIGHT_BROKEN;
     pthread_mutex_lock(&events->lock);
-    assert(srv_events_valid(events));
+    assert(events_valid(events));
     struct srv_listener *listener = exchange->listener;
     assert(!listener ||
            (listener->exchange == exchange && listener->taken <= listener->text.bytes));
@@ -242,7 +242,7 @@ long srv_events_read(struct srv_exchange *exchange, char *to, size_t cap,
         pause(exchange);
         result = SRV_INFLIGHT_WAIT;
     }
-    assert(srv_events_valid(events));
+    assert(events_valid(events));
     pthread_mutex_unlock(&events->lock);
     return result;
 }
@@ -250,7 +250,7 @@ long srv_events_read(struct srv_exchange *exchange, char *to, size_t cap,
 void srv_events_leave(struct srv_exchange *exchange, enum srv_stop why) {
     struct srv_events *events = exchange->service->events;
     pthread_mutex_lock(&events->lock);
-    assert(srv_events_valid(events));
+    assert(events_valid(events));
     struct srv_listener *listener = exchange->listener;
     if (listener && listener->until) {
         if (why != SRV_STOP_SHUTDOWN) exchange->close = 1;
@@ -264,17 +264,17 @@ void srv_events_leave(struct srv_exchange *exchange, enum srv_stop why) {
         listener_wake(listener);
         listener_free(events, listener);
     }
-    assert(srv_events_valid(events));
+    assert(events_valid(events));
     pthread_mutex_unlock(&events->lock);
 }
 
 void srv_events_news(struct srv_events *events) {
     if (!events) return;
     pthread_mutex_lock(&events->lock);
-    assert(srv_events_valid(events));
+    assert(events_valid(events));
     events->news = 1;
     if (events->count) pthread_cond_signal(&events->some);
-    assert(srv_events_valid(events));
+    assert(events_valid(events));
     pthread_mutex_unlock(&events->lock);
 }
 
@@ -300,12 +300,12 @@ static void events_wake(struct srv_events *events) {
 void srv_events_drain(struct srv_events *events) {
     if (!events) return;
     pthread_mutex_lock(&events->lock);
-    assert(srv_events_valid(events));
+    assert(events_valid(events));
     events->draining = 1;
     SRV_LIST_EACH (link, &events->listeners)
         listener_of_link(link)->over |= !listener_of_link(link)->media_type;
     events_wake(events);
-    assert(srv_events_valid(events));
+    assert(events_valid(events));
     pthread_mutex_unlock(&events->lock);
 }
 

@@ -21,19 +21,15 @@ static const char jobs_json[] = "application/json";
 
 /* --- answers --- */
 
-static void jobs_written(struct srv_exchange *exchange, int status, enum pend_status written) {
-    if (written != PEND_OK) {
+static void jobs_answer_job(struct srv_exchange *exchange, int status, const struct srv_job *job) {
+    assert(status == 200 || status == 202 || status == 303);
+    struct api_job view = srv_job_view(job);
+    if (api_job_write(&view, &exchange->answer) != PEND_OK) {
         srv_exchange_busy(exchange, 1, "out of memory");
         return;
     }
     srv_exchange_answered(exchange, status, jobs_json);
     srv_exchange_header(exchange, "Cache-Control", "no-store");
-}
-
-static void jobs_answer_job(struct srv_exchange *exchange, int status, const struct srv_job *job) {
-    assert(status == 200 || status == 202 || status == 303);
-    struct api_job view = srv_job_view(job);
-    jobs_written(exchange, status, api_job_write(&view, &exchange->answer));
 }
 
 /* The text after a preference (RFC 7240) in the list; NULL if it is absent. */
@@ -199,15 +195,6 @@ static void jobs_submitted(struct srv_store_request *asked, enum srv_stored stor
     srv_store_request_end(asked);
 }
 
-/* Converts the 64 digits of a digest to bytes. */
-static void jobs_digest(const char *text, unsigned char digest[SRV_DIGEST_BYTES]) {
-    for (int i = 0; i < SRV_DIGEST_BYTES; i++) {
-        unsigned byte = 0;
-        sscanf(text + 2 * i, "%2x", &byte);
-        digest[i] = (unsigned char)byte;
-    }
-}
-
 /* Refuses a job whose first or largest part would exceed a limit. Returns 1 if it fits. */
 static int jobs_fit(struct srv_exchange *exchange, const struct api_plan *plan, size_t body_bytes) {
     assert(plan->parts >= 1 && plan->bytes >= 0);
@@ -262,7 +249,8 @@ static int jobs_plan(struct srv_store_request *asked) {
     asked->parts = plan.parts;
     asked->chained = plan.chained;
     asked->cost_us = (int64_t)(1e6 * plan.cost);
-    jobs_digest(plan.digest, asked->digest);
+    for (int i = 0; i < SRV_DIGEST_BYTES; i++)
+        sscanf(plan.digest + 2 * i, "%2hhx", &asked->digest[i]);
     if (jobs_make_id(asked->id)) return 1;
     srv_exchange_busy(exchange, 1, "the system has no random numbers");
     return 0;

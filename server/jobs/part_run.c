@@ -34,7 +34,7 @@ static size_t part_run_bytes(const struct srv_part_run *run) {
     return kept + (run->part ? srv_hold_count(api_part_bytes(run->part)) : 0);
 }
 
-PEND_VALIDATOR srv_part_run_valid(const struct srv_part_run *run) {
+PEND_VALIDATOR part_run_valid(const struct srv_part_run *run) {
     return run->service && run->hold.service == run->service && !run->hold.payer &&
            (!run->job[0] || run->request) && run->out.bytes <= run->out.cap &&
            run->carry.bytes <= run->carry.cap && memchr(run->message, 0, sizeof run->message);
@@ -54,7 +54,7 @@ void srv_part_run_drop(struct srv_part_run *run) {
     api_buffer_clear(&run->carry);
     api_buffer_clear(&run->file);
     run->spent = 0;
-    assert(srv_part_run_valid(run));
+    assert(part_run_valid(run));
     srv_hold_set(&run->hold, part_run_bytes(run));
 }
 
@@ -138,7 +138,7 @@ enum srv_part_run_end srv_part_run_turn(struct srv_part_run *run, const struct s
     struct pend_error error = {.text = ""};
     enum pend_status status = PEND_OK;
     int done = 0;
-    assert(srv_part_run_valid(run));
+    assert(part_run_valid(run));
     do {
         int64_t begin = srv_clock_now();
         if (atomic_load(&run->stop)) return SRV_PART_RUN_STOPPED;

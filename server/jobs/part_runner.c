@@ -63,7 +63,7 @@ static enum srv_stored runner_release(struct srv_store *store, struct srv_store_
     return srv_store_release(store, runner->claim.name);
 }
 
-PEND_VALIDATOR srv_part_runner_valid(const struct srv_part_runner *runner) {
+PEND_VALIDATOR part_runner_valid(const struct srv_part_runner *runner) {
     /* During a query the storage thread changes the number of claimed parts. */
     return runner->service && runner->count >= 0 && runner->lease_us >= 0 &&
            runner->claim.asked.most <= SRV_CLAIMS && runner->draining >= 0 && runner->draining <= 3;
@@ -132,7 +132,7 @@ static void runner_claimed(struct srv_ask *ask) {
     int64_t now = srv_clock_now();
     int given = 0;
     pthread_mutex_lock(&runner->lock);
-    assert(srv_part_runner_valid(runner));
+    assert(part_runner_valid(runner));
     int count = srv_part_claim_take(&runner->claim, stored, runner_workers(runner), now);
     runner->claiming = 0;
     // since when there is no part, neither held nor available
@@ -147,7 +147,7 @@ static void runner_claimed(struct srv_ask *ask) {
     }
     if (count) srv_events_news(runner->service->events);
     pthread_cond_signal(&runner->some);
-    assert(srv_part_runner_valid(runner));
+    assert(part_runner_valid(runner));
     pthread_mutex_unlock(&runner->lock);
 }
 
@@ -190,7 +190,7 @@ static void slot_done(struct srv_ask *ask) {
     struct srv_part_slot *slot = SRV_CONTAINER_OF(ask, struct srv_part_slot, ask);
     struct srv_part_runner *runner = slot->runner;
     pthread_mutex_lock(&runner->lock);
-    assert(srv_part_runner_valid(runner));
+    assert(part_runner_valid(runner));
     slot_answered(slot, ask->call.stored);
     pthread_mutex_unlock(&runner->lock);
 }
@@ -208,7 +208,7 @@ static void slot_beaten(struct srv_ask *beat) {
         if (stored == SRV_STORED_LOST) atomic_store(&slot->run.stop, 1);
     }
     pthread_cond_signal(&runner->some);
-    assert(srv_part_runner_valid(runner));
+    assert(part_runner_valid(runner));
     pthread_mutex_unlock(&runner->lock);
 }
 
@@ -234,7 +234,7 @@ static void slot_finish(struct srv_part_slot *slot) {
 static void slot_leave(struct srv_part_slot *slot, enum srv_part_slot_state ask) {
     struct srv_part_runner *runner = slot->runner;
     pthread_mutex_lock(&runner->lock);
-    assert(srv_part_runner_valid(runner));
+    assert(part_runner_valid(runner));
     if (ask == SRV_PART_SLOT_IDLE)
         slot_end(slot);
     else if (ask == SRV_PART_SLOT_FINISH && slot->run.file.bytes)

@@ -4,7 +4,7 @@
 
 #include "server/store/store_files.h"
 
-PEND_VALIDATOR srv_part_slot_valid(const struct srv_part_slot *slot) {
+PEND_VALIDATOR part_slot_valid(const struct srv_part_slot *slot) {
     return slot->service && slot->runner && slot->holder && slot->lease_us > 0 &&
            slot->state >= SRV_PART_SLOT_IDLE && slot->state <= SRV_PART_SLOT_RETRY &&
            (!srv_part_slot_holds(slot) || slot->lease.job[0]);
@@ -68,7 +68,7 @@ void srv_part_slot_ask(struct srv_part_slot *slot, enum srv_part_slot_state stat
            state == SRV_PART_SLOT_FINISH || state == SRV_PART_SLOT_FAIL);
     assert(slot->state != state);
     slot->state = state;
-    assert(srv_part_slot_valid(slot));
+    assert(part_slot_valid(slot));
     slot->ask.call.finish = state == SRV_PART_SLOT_FINISH ? &slot->lease : NULL;
     slot->lease.elsewhere = slot->run.file.bytes;
     slot->ask.call.run = state == SRV_PART_SLOT_REQUEST  ? slot_request
@@ -79,7 +79,7 @@ void srv_part_slot_ask(struct srv_part_slot *slot, enum srv_part_slot_state stat
 }
 
 void srv_part_slot_beat(struct srv_part_slot *slot, int look) {
-    assert(srv_part_slot_valid(slot) && srv_part_slot_holds(slot) && !slot->beating);
+    assert(part_slot_valid(slot) && srv_part_slot_holds(slot) && !slot->beating);
     slot->beaten = slot->lease;
     slot->beaten.start = slot->beaten.request = NULL;
     slot->beating = 1;
@@ -100,6 +100,6 @@ void srv_part_slot_drop(struct srv_part_slot *slot) {
     srv_part_run_drop(&slot->run);
     srv_lease_clear(&slot->lease);
     slot->state = SRV_PART_SLOT_IDLE;
-    assert(srv_part_slot_valid(slot));
+    assert(part_slot_valid(slot));
     atomic_store(&slot->run.stop, 0);
 }

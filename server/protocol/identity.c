@@ -113,8 +113,8 @@ static enum srv_role identity_role(const char *roles) {
  * ring   the server's API keys; NULL = roles are not used.
  * roles  a comma-separated list of words, whose first role counts; NULL = none named.
  */
-static void srv_identity_role(struct srv_identity *identity, struct srv_key_ring *ring,
-                              const char *roles) {
+static void identity_role_of(struct srv_identity *identity, struct srv_key_ring *ring,
+                             const char *roles) {
     assert(identity->key[0]);
     if (!ring) return;
     identity->role = SRV_ROLE_ANONYMOUS;
@@ -135,8 +135,8 @@ static void srv_identity_role(struct srv_identity *identity, struct srv_key_ring
  * Returns 1 if the key is valid, 0 if no API key was sent, -1 if it is not valid: `verdict` says
  * why, and the rest of the identity is unchanged.
  */
-static int srv_identity_issued(struct srv_identity *identity, struct srv_key_ring *ring,
-                               const char *authorization, int64_t now) {
+static int identity_issued(struct srv_identity *identity, struct srv_key_ring *ring,
+                           const char *authorization, int64_t now) {
     const char *token = identity_bearer(authorization);
     if (!ring || !token || !srv_keys_meant(token)) return 0;
     struct srv_key_found found = srv_key_ring_find(ring, token, now);
@@ -157,9 +157,9 @@ void srv_identity_make(struct srv_identity *identity, struct srv_key_ring *ring,
                        const struct srv_identity_words *words) {
     int named = srv_identity_begin(identity, words->address, words->account);
     identity->fault = named ? SRV_IDENTITY_GOOD : SRV_IDENTITY_NO_ACCOUNT;
-    srv_identity_role(identity, ring, named ? words->roles : NULL);
+    identity_role_of(identity, ring, named ? words->roles : NULL);
     if (!named) return;
-    int issued = srv_identity_issued(identity, ring, words->authorization, words->now);
+    int issued = identity_issued(identity, ring, words->authorization, words->now);
     if (issued < 0) identity->fault = SRV_IDENTITY_NO_KEY;
     if (!issued && !srv_identity_token(identity, words->authorization))
         identity->fault = SRV_IDENTITY_NO_TOKEN;

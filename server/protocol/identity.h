@@ -81,14 +81,14 @@ int srv_identity_token(struct srv_identity *identity, const char *authorization)
 struct srv_identity_words {
     const char *address; /* as for srv_identity_begin */
     const char *account;
-    const char *roles;         /* as for srv_identity_role */
+    const char *roles;         /* words with commas; the first role counts; NULL = none named */
     const char *authorization; /* value of Authorization, or NULL */
     int64_t now;               /* s since 1970 */
 };
 
-/** Identifies the client of a request: srv_identity_begin, srv_identity_role, then
- * srv_identity_issued or srv_identity_token. If one of them fails, `fault` says why and the
- * identity is that of the steps before. */
+/** Identifies the client of a request: srv_identity_begin, its role, then its key or
+ * srv_identity_token. If one of them fails, `fault` says why and the identity is that of the steps
+ * before. */
 void srv_identity_make(struct srv_identity *identity, struct srv_key_ring *ring,
                        const struct srv_identity_words *words);
 

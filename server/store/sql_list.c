@@ -43,7 +43,7 @@ static int list_put(struct srv_sql_column *column, const struct srv_value *value
     return 1;
 }
 
-PEND_VALIDATOR srv_sql_list_valid(const struct srv_sql_list *list) {
+PEND_VALIDATOR sql_list_valid(const struct srv_sql_list *list) {
     int good = list->columns >= 0 && list->columns <= SRV_SQL_PARAMETERS && list->rows >= 0;
     for (int i = 0; good && list->text && i < list->columns; i++) {
         const struct srv_sql_column *column = &list->column[i];
@@ -55,7 +55,7 @@ PEND_VALIDATOR srv_sql_list_valid(const struct srv_sql_list *list) {
 
 int srv_sql_list_add(struct srv_sql_list *list, const char *text, const struct srv_value value[],
                      int count) {
-    assert(srv_sql_list_valid(list) && count >= 0 && count <= SRV_SQL_PARAMETERS);
+    assert(sql_list_valid(list) && count >= 0 && count <= SRV_SQL_PARAMETERS);
     assert(!list->text || (!strcmp(list->text, text) && list->columns == count));
     if (!list->text) {
         list->text = text;
@@ -71,12 +71,12 @@ int srv_sql_list_add(struct srv_sql_list *list, const char *text, const struct s
     for (int i = 0; i < count; i++)
         if (!list_put(&list->column[i], &value[i])) return srv_sql_list_empty(list), 0;
     list->rows++;
-    assert(srv_sql_list_valid(list));
+    assert(sql_list_valid(list));
     return 1;
 }
 
 void srv_sql_list_arrays(struct srv_sql_list *list, const char *data[], int bytes[]) {
-    assert(list->text && list->rows > 0 && srv_sql_list_valid(list));
+    assert(list->text && list->rows > 0 && sql_list_valid(list));
     for (int i = 0; i < list->columns; i++) {
         struct srv_sql_column *column = &list->column[i];
         list_number(column->data, 1);

@@ -14,7 +14,7 @@ static_assert(SRV_TALLY_CLIENTS >= (int)SQL_EXPIRED_MOST + (int)SQL_PARTS_MOST,
               "a sweep may change the sums of as many clients as it finds jobs and parts");
 static_assert((int)SRV_TALLY_CLIENTS >= SRV_STORE_AHEAD, "a batch may have a client for each part");
 
-PEND_VALIDATOR srv_store_valid(const struct srv_store *store) {
+PEND_VALIDATOR store_valid(const struct srv_store *store) {
     const struct srv_store_ahead *ahead = &store->ahead;
     return store->sql && store->sql->driver && !(store->looking && store->together) &&
            (store->settled || !store->together) && ahead->leases >= 0 &&
@@ -47,7 +47,7 @@ static void call_notes(struct srv_store *store, enum srv_statement id) {
 enum srv_stored srv_store_run(struct srv_store *store, enum srv_statement id,
                               const struct srv_value value[], int count, srv_row_fn *row,
                               void *context) {
-    assert(srv_store_valid(store) && (unsigned)id < SQL_COUNT && count <= SRV_SQL_PARAMETERS);
+    assert(store_valid(store) && (unsigned)id < SQL_COUNT && count <= SRV_SQL_PARAMETERS);
     call_notes(store, id);
     enum srv_stored stored = store->sql->driver->run(store->sql, (int)id, srv_statement_text[id],
                                                      value, count, row, context);
@@ -57,7 +57,7 @@ enum srv_stored srv_store_run(struct srv_store *store, enum srv_statement id,
 
 enum srv_stored srv_store_post(struct srv_store *store, enum srv_statement id,
                                const struct srv_value value[], int count) {
-    assert(srv_store_valid(store) && (unsigned)id < SQL_COUNT && count <= SRV_SQL_PARAMETERS);
+    assert(store_valid(store) && (unsigned)id < SQL_COUNT && count <= SRV_SQL_PARAMETERS);
     call_notes(store, id);
     enum srv_stored stored =
         store->sql->driver->post(store->sql, (int)id, srv_statement_text[id], value, count);
@@ -130,7 +130,7 @@ enum srv_stored srv_store_fold(struct srv_store *store, const char *name) {
 
 enum srv_stored srv_store_begin(struct srv_store *store) {
     if (!store->settled) SRV_STORED_TRY(srv_store_settle(store));
-    assert(srv_store_valid(store) && !store->looking);
+    assert(store_valid(store) && !store->looking);
     enum srv_stored stored = store->together ? SRV_STORED : store_open(store);
     store->wrote = 0;
     return stored;
@@ -147,7 +147,7 @@ enum srv_stored srv_store_look(struct srv_store *store) {
 }
 
 enum srv_stored srv_store_end(struct srv_store *store, enum srv_stored stored) {
-    assert(srv_store_valid(store) && !(store->looking && store->wrote));
+    assert(store_valid(store) && !(store->looking && store->wrote));
     if (store->looking) {
         store->looking = 0;
         return stored;
@@ -210,20 +210,16 @@ static void store_single(struct srv_store *store, struct srv_store_call *call) {
     }
 }
 
-/* records the parts that a batch will finish, if reading their rows at once pays */
-static void batch_ahead(struct srv_store *store, struct srv_store_call *const calls[], int count) {
+/* runs the calls of a batch; SRV_STORED if all are committed */
+static enum srv_stored store_batch(struct srv_store *store, struct srv_store_call *const calls[],
+                                   int count) {
+    SRV_STORED_TRY(store_open(store));
+    // the parts that the batch will finish, if reading their rows at once pays
     struct srv_store_ahead *ahead = &store->ahead;
     for (int i = 0; i < count && store->sql->driver->lists && ahead->leases < SRV_STORE_AHEAD; i++)
         if (calls[i]->finish && calls[i]->finish->parts == 1)
             ahead->lease[ahead->leases++] = calls[i]->finish;
     if (ahead->leases == 1) ahead->leases = 0;
-}
-
-/* runs the calls of a batch; SRV_STORED if all are committed */
-static enum srv_stored store_batch(struct srv_store *store, struct srv_store_call *const calls[],
-                                   int count) {
-    SRV_STORED_TRY(store_open(store));
-    batch_ahead(store, calls, count);
     store->together = 1;
     for (int i = 0; i < count && !store->failed; i++) {
         calls[i]->stored = calls[i]->run(store, calls[i]);
@@ -236,7 +232,7 @@ static enum srv_stored store_batch(struct srv_store *store, struct srv_store_cal
 }
 
 void srv_store_together(struct srv_store *store, struct srv_store_call *const calls[], int count) {
-    assert(srv_store_valid(store) && !store->together && !store->looking);
+    assert(store_valid(store) && !store->together && !store->looking);
     int done = count > 1 && store->settled && store_batch(store, calls, count) == SRV_STORED;
     for (int i = 0; i < count && !done; i++) store_single(store, calls[i]);
     store->unsure = 0;

@@ -235,15 +235,6 @@ static void sqlite_before(struct sqlite_sql *own) {
     own->full = 0;
 }
 
-static void sqlite_committed(struct sqlite_sql *own) {
-    assert(sqlite_valid(own));
-    if (own->ringing) utimensat(AT_FDCWD, sqlite3_db_filename(own->db, "main"), NULL, 0);
-    own->ringing = 0;
-    own->patience_ms = CARRY_MS;
-    srv_sqlite_disk_committed(&own->disk);
-    own->patience_ms = BUSY_MS;
-}
-
 /* prepares a statement unless it is cached, and binds its values */
 static int sqlite_prepare(struct sqlite_sql *own, sqlite3_stmt **statement, const char *text,
                           int keep, const struct srv_value value[], int count) {
@@ -293,7 +284,12 @@ static enum srv_stored sqlite_run(struct srv_sql *sql, int id, const char *text,
     sqlite3_finalize(once);
     if (!strcmp(text, "ROLLBACK")) sqlite_leave(own);
     own->full |= stored == SRV_STORED_FULL;
-    if (stored == SRV_STORED && commit) sqlite_committed(own);
+    if (stored != SRV_STORED || !commit) return stored;
+    if (own->ringing) utimensat(AT_FDCWD, sqlite3_db_filename(own->db, "main"), NULL, 0);
+    own->ringing = 0;
+    own->patience_ms = CARRY_MS;
+    srv_sqlite_disk_committed(&own->disk);
+    own->patience_ms = BUSY_MS;
     return stored;
 }
 

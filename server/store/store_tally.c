@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-PEND_VALIDATOR srv_tally_valid(const struct srv_tally *tally) {
+PEND_VALIDATOR tally_valid(const struct srv_tally *tally) {
     int last = tally->count - 1, good = tally->count >= 0 && tally->count <= SRV_TALLY_CLIENTS &&
                                         tally->place >= 0 && tally->place < SRV_TALLY_PLACES;
     for (int i = 0; good && i < last; i++)
@@ -22,7 +22,7 @@ enum srv_stored srv_tally_client(struct srv_tally *tally, const char *name,
     *client = &tally->client[tally->count++];
     **client = (struct srv_tally_client){0};
     snprintf((*client)->name, sizeof(*client)->name, "%s", name);
-    assert(srv_tally_valid(tally));
+    assert(tally_valid(tally));
     return SRV_STORED;
 }
 
@@ -128,7 +128,7 @@ static enum srv_stored tally_client(const struct srv_tally_client *c, struct srv
 enum srv_stored srv_tally_write(struct srv_tally *tally) {
     struct srv_value value[1 + SRV_TALLY_SUMS] = {srv_value_whole(tally->place)};
     int64_t some = 0;
-    assert(srv_tally_valid(tally));
+    assert(tally_valid(tally));
     qsort(tally->client, (size_t)tally->count, sizeof tally->client[0], tally_order);
     for (int i = 0; i < tally->count; i++)
         SRV_STORED_TRY(tally_client(&tally->client[i], tally->sql));

@@ -31,14 +31,14 @@ void srv_hold_set(struct srv_hold *hold, size_t bytes) {
 }
 
 /* Returns the largest number of bytes that one client may hold. */
-static double srv_hold_share(const struct srv_config *config) {
+static double hold_share(const struct srv_config *config) {
     double most = config->held_bytes;
     if (config->client_held_bytes > 0) return fmin(config->client_held_bytes, most);
     return fmin(fmax(most / HOLD_PART, config->limits.answer_bytes + HOLD_BESIDE), most / 2);
 }
 
 double srv_hold_share_of(const struct srv_config *config, const struct srv_client *payer) {
-    double any = srv_hold_share(config);
+    double any = hold_share(config);
     double own = payer ? (double)atomic_load(&payer->share) : 0;
     return own > 0 ? fmin(own, any) : any;
 }

@@ -125,14 +125,6 @@ static void result_good(struct srv_response_body *made, const struct srv_work *w
         srv_response_body_header(made, "Accept-Ranges", "bytes");
 }
 
-static void result_bad(struct srv_response_body *made, const struct api_answer *answer) {
-    const char *accepts = answer->accepts ? answer->accepts : srv_exchange_accepts;
-    srv_response_body_header(made, "Cache-Control", "no-store");
-    if (made->status == 415) srv_response_body_header(made, "Accept-Post", accepts);
-    if (made->status == 503 || made->status == 429)
-        srv_response_body_header(made, "Retry-After", result_retry);
-}
-
 static void result_about(struct srv_response_body *made, const struct api_answer *answer) {
     char disposition[128], range[96];
     if (result_range(answer, range, sizeof range))
@@ -157,7 +149,12 @@ struct srv_response_body *srv_result_response_body(struct srv_work *work, struct
                               &service->memory, &service->pool);
     if (!made) return NULL;
     made->steps = api_call_steps(work->call);
-    if (answer.status >= 400) result_bad(made, &answer);
+    if (answer.status >= 400) srv_response_body_header(made, "Cache-Control", "no-store");
+    if (answer.status == 415)
+        srv_response_body_header(made, "Accept-Post",
+                                 answer.accepts ? answer.accepts : srv_exchange_accepts);
+    if (answer.status == 503 || answer.status == 429)
+        srv_response_body_header(made, "Retry-After", result_retry);
     srv_response_body_header(made, "Vary", srv_exchange_vary);
     if (answer.status < 400) result_good(made, work, coding);
     if (answer.status == 206) srv_lengths_note(&service->lengths, work->etag, answer.total);

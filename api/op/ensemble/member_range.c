@@ -166,7 +166,7 @@ static int range_deliver(void *context, long i, const struct pend_outcome *outco
     return 0;
 }
 
-PEND_VALIDATOR api_member_range_valid(const struct api_member_range *range) {
+PEND_VALIDATOR range_valid(const struct api_member_range *range) {
     const struct api_member_range_stats *stats = &range->stats;
     return range->first >= 0 && range->slice > 0 && range->raw && range->work &&
            stats->finished <= range->ensemble->members.count - range->first &&
@@ -258,7 +258,7 @@ enum pend_status api_member_range_new(struct api_member_range **range, const str
         return status;
     }
     pend_ensemble_begin(s->work, first, count);
-    assert(api_member_range_valid(s));
+    assert(range_valid(s));
     return PEND_OK;
 }
 
@@ -279,16 +279,6 @@ static long range_good(const struct api_member_range *range, long member) {
     return rows;
 }
 
-/* sets rows after the last valid one to missing derivatives and the status of the failure */
-static void range_spoil(const struct api_member_range *range, long member, long good) {
-    const struct api_ensemble *e = range->ensemble;
-    for (long row = good; row < api_ensemble_rows(e); row++) {
-        double *at = range_row(range, member, row);
-        range_unknown(at + e->derived_at, e->numbers - e->derived_at);
-        if (at[1] == 0) at[1] = api_observables_status(PEND_NOT_FINITE);
-    }
-}
-
 /* discards the derivatives of a member's pending rows after a failure */
 static void range_undo(struct api_member_range *range, long member, enum pend_status status) {
     const struct api_ensemble *e = range->ensemble;
@@ -307,7 +297,12 @@ static enum pend_status range_differentiate(struct api_member_range *range,
     long member = range->first + range->differentiated;
     if (range->rows == range->due) {
         range->rows = 0, range->due = range_good(range, member);
-        range_spoil(range, member, range->due);
+        // rows after the last valid one have no derivatives, and the status of the failure
+        for (long row = range->due; row < api_ensemble_rows(e); row++) {
+            double *at = range_row(range, member, row);
+            range_unknown(at + e->derived_at, e->numbers - e->derived_at);
+            if (at[1] == 0) at[1] = api_observables_status(PEND_NOT_FINITE);
+        }
         if (range->due) return api_member_derived_begin(range->derived, member, range->due, error);
     } else {
         double *raw = range_row(range, member, 0) + e->derived_at;
@@ -326,18 +321,18 @@ static enum pend_status range_differentiate(struct api_member_range *range,
 enum pend_status api_member_range_go(struct api_member_range *range, int *done,
                                      struct pend_error *error) {
     enum pend_status status = PEND_OK;
-    assert(api_member_range_valid(range));
+    assert(range_valid(range));
     if (!range->moved)
         status = pend_ensemble_go(range->work, range->slice, &range->moved);
     else if (range->derived && range->differentiated < range->count)
         status = range_differentiate(range, error);
     *done = range->moved && (!range->derived || range->differentiated == range->count);
     if (*done) range->stats.rows = range_close(range);
-    assert(api_member_range_valid(range));
+    assert(range_valid(range));
     return status;
 }
 
 struct api_member_range_stats api_member_range_stats(const struct api_member_range *range) {
-    assert(api_member_range_valid(range));
+    assert(range_valid(range));
     return range->stats;
 }

@@ -65,15 +65,6 @@ int api_observables_cart(const struct api_observables *seen) {
     return (int)(seen->wanted >> API_SEE_CART & 1) | api_member_outputs_cart(seen->output);
 }
 
-/* adds the position and speed of a cart, which are part of a member's start */
-static void add_cart(struct api_table *table, int observable) {
-    if (observable == API_SEE_START) {
-        api_table_add(table, "start", "cart_x", 0);
-        api_table_add(table, "start", "cart_v", 0);
-    }
-    if (observable == API_SEE_PARAMETERS) api_table_add(table, "parameters", "cart_mass", 0);
-}
-
 void api_observables_columns(struct api_observables *seen, int n,
                              const struct api_members *members) {
     assert(n >= 1);
@@ -92,7 +83,12 @@ void api_observables_columns(struct api_observables *seen, int n,
             api_table_add(table, observables[i].name, observables[i].part[part],
                           observables[i].arms[part] ? n : 0);
         }
-        if (members->terms && pend_terms_cart(members->terms)) add_cart(table, i);
+        int cart = pend_terms_cart(members->terms);
+        if (cart && i == API_SEE_START) {
+            api_table_add(table, "start", "cart_x", 0);
+            api_table_add(table, "start", "cart_v", 0);
+        }
+        if (cart && i == API_SEE_PARAMETERS) api_table_add(table, "parameters", "cart_mass", 0);
         if (i == API_SEE_PARAMETERS && members->shown)
             api_table_add(table, observables[i].name, "varied", members->shown);
     }

@@ -11,15 +11,6 @@ static const char *const data_fields[] = {"runs", "modes", "t",    "series",  "c
                                           "arms", "sigma", "unit", "columns", NULL};
 static const char *const run_fields[] = {"initial", "time",  "start", "t",       "series", "csv",
                                          "arms",    "sigma", "unit",  "columns", NULL};
-static void parts_free(struct api_fit_part part[], int runs) {
-    for (int r = 0; r < runs; r++) {
-        free(part[r].t);
-        free(part[r].data);
-        free(part[r].each);
-    }
-    free(part);
-}
-
 /* ---- several runs */
 
 struct place {
@@ -203,6 +194,11 @@ static enum pend_status read_runs(struct api_fit *fit, struct api_fit_part part[
         if (status == PEND_NO_MEMORY) return status;
     }
     return PEND_OK;
+}
+
+static void parts_free(struct api_fit_part part[], int runs) {
+    for (int r = 0; r < runs; r++) free(part[r].t), free(part[r].data), free(part[r].each);
+    free(part);
 }
 
 enum pend_status api_fit_read_data(struct api_fit *fit, double shift,

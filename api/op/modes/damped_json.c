@@ -203,14 +203,6 @@ static enum pend_status damped_cart(const struct api_damped *damped, struct api_
     return api_buffer_text(out, "}");
 }
 
-static enum pend_status damped_vectors(const struct api_damped *damped, struct api_buffer *out) {
-    if (!damped->vectors) return PEND_OK;
-    PEND_TRY(api_out_open(out, "vectors", '{'));
-    PEND_TRY(damped_rows(damped, "re", damped->column[RE], out));
-    PEND_TRY(damped_rows(damped, "im", damped->column[IM], out));
-    return api_buffer_text(out, "}");
-}
-
 /* writes the requested matrices; a cart has the last row and column */
 static enum pend_status damped_matrices(const struct api_damped *damped, struct api_buffer *out,
                                         struct pend_error *error) {
@@ -242,7 +234,12 @@ static enum pend_status damped_json(const struct api_damped *damped, struct api_
         PEND_TRY(api_out_numbers(out, columns[c].name, (int)damped->table->rows, damped->column[c],
                                  c == MODE ? 0 : digits));
     PEND_TRY(damped_cart(damped, out));
-    PEND_TRY(damped_vectors(damped, out));
+    if (damped->vectors) {
+        PEND_TRY(api_out_open(out, "vectors", '{'));
+        PEND_TRY(damped_rows(damped, "re", damped->column[RE], out));
+        PEND_TRY(damped_rows(damped, "im", damped->column[IM], out));
+        PEND_TRY(api_buffer_text(out, "}"));
+    }
     PEND_TRY(damped_matrices(damped, out, error));
     PEND_TRY(api_stats_json(damped->stats, out));
     return api_buffer_text(out, "}");

@@ -143,19 +143,15 @@ static enum pend_status modes_begin_real(struct modes *modes, const struct api_r
     return PEND_OK;
 }
 
-static enum pend_status modes_read_parts(struct modes *modes, const struct api_reading *reading) {
+static enum pend_status modes_read(void *state, const struct api_reading *reading) {
+    struct modes *modes = state;
+    modes->format = reading->format;
     PEND_TRY(api_modes_read(&modes->asked, reading));
     modes->table.digits = modes->asked.digits;
     if (!reading->problem->status)
         PEND_TRY(modes->asked.tree.loads.terms ? modes_begin_real(modes, reading)
                                                : modes_begin_search(modes, reading));
     return reading->problem->status ? PEND_INVALID : PEND_OK;
-}
-
-static enum pend_status modes_read(void *state, const struct api_reading *reading) {
-    struct modes *modes = state;
-    modes->format = reading->format;
-    return modes_read_parts(modes, reading);
 }
 
 /* ---- running */
@@ -324,22 +320,17 @@ static void modes_tell(struct modes *modes, const struct api_turn *turn) {
         api_stats_number(&modes->stats, identity_names[i], both[i]);
 }
 
-/* ends the search and allocates the memory of the following steps */
-static enum pend_status modes_found(struct modes *modes, const struct api_turn *turn,
-                                    struct pend_error *error) {
-    modes->found = pend_modes_search_take(modes->search);
-    pend_modes_search_free(&modes->search);
-    modes_tell(modes, turn);
-    return modes_allocate(modes, error);
-}
-
 static enum pend_status modes_piece(struct modes *modes, const struct api_turn *turn, int *done,
                                     struct pend_error *error) {
     struct api_buffer *out = turn->out;
     int found = 0;
     if (modes->search) {
         PEND_TRY(pend_modes_search_step(modes->search, &found, error));
-        return found ? modes_found(modes, turn, error) : PEND_OK;
+        if (!found) return PEND_OK;
+        modes->found = pend_modes_search_take(modes->search);
+        pend_modes_search_free(&modes->search);
+        modes_tell(modes, turn);
+        return modes_allocate(modes, error);
     }
     if (modes->asked.start && modes->split < modes->found->count) return modes_split(modes, error);
     if (!modes->filled) modes_fill(modes);

@@ -279,7 +279,7 @@ static void response_row(struct response *response, long row, int lane, int defi
 
 /* computes the next frequencies: a group side by side, or one with drives of its own */
 /* Returns the frequency of row i, rad/s. O(1). */
-static double api_response_omega(const struct api_response *asked, long i) {
+static double response_omega(const struct api_response *asked, long i) {
     assert(i >= 0 && i < asked->rows);
     if (asked->list) return asked->list[i];
     if (!i) return asked->from;
@@ -297,7 +297,7 @@ static void response_compute(struct response *response) {
     int count = left < most ? (int)left : most;
     assert(count > 0);
     for (int i = 0; i < count; i++)
-        omega[i] = api_response_omega(&response->asked, response->computed + i);
+        omega[i] = response_omega(&response->asked, response->computed + i);
     struct pend_response_drive drive = response_drive(response, omega[0]);
     pend_response_at(response->found, count, omega, &drive, response->re, response->im, defined);
     for (int i = 0; i < count; i++) {

@@ -24,7 +24,7 @@ enum { RUN_ENDS = 16, RUN_ENDS_NUMBERS = 64 };
  * because values that overflow can make steps so short that it never fills */
 static const double RUN_LOOK = 1e6;
 
-PEND_VALIDATOR pend_run_valid(const struct pend_run *run) {
+PEND_VALIDATOR run_valid(const struct pend_run *run) {
     const struct pend_times *times = &run->problem.times;
     return run->next >= 0 && run->next <= times->count && run->group >= 1 && run->listed >= 0 &&
            run->listed <= run->group && run->ends.count >= 0 && run->ends.count < run->ends.cap;
@@ -168,7 +168,7 @@ enum pend_status pend_run_new(struct pend_run **run, const struct pend_method *m
         free(made);
     else
         *run = made;
-    assert(status != PEND_OK || pend_run_valid(*run));
+    assert(status != PEND_OK || run_valid(*run));
     return status;
 }
 
@@ -328,7 +328,7 @@ static enum pend_status run_hand_out(struct pend_run *run, struct pend_samples *
 
 enum pend_status pend_run_next(struct pend_run *run, struct pend_samples *samples, double work,
                                int *done, struct pend_error *error) {
-    assert(pend_run_valid(run) && samples->cap >= 1 && samples->t);
+    assert(run_valid(run) && samples->cap >= 1 && samples->t);
     double spent = 0, look = RUN_LOOK;
     enum pend_status status = PEND_OK;
     samples->count = 0;
@@ -353,7 +353,7 @@ enum pend_status pend_run_next(struct pend_run *run, struct pend_samples *sample
     run_weigh(run);
     status = run_hand_out(run, samples, status, error);
     *done = status == PEND_OK && run->next == run->problem.times.count;
-    assert(pend_run_valid(run) && run->ends.count == 0);
+    assert(run_valid(run) && run->ends.count == 0);
     assert(samples->count >= 0 && samples->count <= samples->cap);
     return status;
 }
@@ -396,7 +396,7 @@ struct pend_run_stats pend_run_stats(const struct pend_run *run) {
 int pend_run_carries(const struct pend_method *method) { return method->carry != NULL; }
 
 enum pend_status pend_run_carry(struct pend_run *run, struct pend_checkpoint *checkpoint) {
-    assert(pend_run_valid(run) && run->failure.code == PEND_OK && run->method->carry);
+    assert(run_valid(run) && run->failure.code == PEND_OK && run->method->carry);
     pend_checkpoint_part(checkpoint, &run->reached, sizeof run->reached);
     pend_checkpoint_counts(checkpoint, &run->next, 1);
     pend_checkpoint_part(checkpoint, &run->drift, sizeof run->drift);
