@@ -220,14 +220,6 @@ static int ensemble_able(const struct pend_ensemble *e, const struct pend_tree *
     return able;
 }
 
-static void ensemble_doubt_start(const struct ensemble_lanes *lanes, int i) {
-    const struct ensemble_doubt *doubt = &lanes->doubt;
-    for (int k = 0; k < lanes->n; k++)
-        doubt->phi[k * lanes->width + i] = doubt->rate[k * lanes->width + i] = 0;
-    doubt->fastest[i] = doubt->strongest[i] = doubt->time[i] = doubt->ratio[i] = 0;
-    doubt->held[i] = ENSEMBLE_HELD;
-}
-
 /* the instant up to which a member that ended at `time` has the requested accuracy */
 static double ensemble_horizon(const struct ensemble_lanes *lanes, int i, double time) {
     double held = lanes->doubt.held[i];
@@ -258,7 +250,11 @@ static int ensemble_seat_start(struct pend_ensemble *e, int i) {
     }
     for (int j = 0; terms && j < terms->count; j++)
         lanes->value[j * lanes->width + i] = member->value[j];
-    ensemble_doubt_start(lanes, i);
+    const struct ensemble_doubt *doubt = &lanes->doubt;
+    for (int k = 0; k < lanes->n; k++)
+        doubt->phi[k * lanes->width + i] = doubt->rate[k * lanes->width + i] = 0;
+    doubt->fastest[i] = doubt->strongest[i] = doubt->time[i] = doubt->ratio[i] = 0;
+    doubt->held[i] = ENSEMBLE_HELD;
     lanes->from.time[i] = lanes->from.gain[i] = 0;
     lanes->start[i] = member->start;
     lanes->gravity[i] = member->loads.gravity;

@@ -128,15 +128,6 @@ static double watch_cross(struct pend_ensemble *e, int i, int k, double most) {
     return first;
 }
 
-/* removes the crossings that come after the one that ends the member */
-static void watch_undo(struct pend_ensemble *e, int i) {
-    for (int k = 0; k < e->lanes.n; k++) {
-        if (k == e->seat[i].arm) continue;
-        e->first_crossing[i * e->lanes.n + k] = NAN;
-        e->crossings[i * e->lanes.n + k] = 0;
-    }
-}
-
 double pend_ensemble_watch_bound(struct pend_ensemble *e, int i, double most) {
     assert(e->lanes.bound > 0);
     struct ensemble_seat *seat = &e->seat[i];
@@ -157,7 +148,12 @@ double pend_ensemble_watch_bound(struct pend_ensemble *e, int i, double most) {
     }
     if (e->problem.until == PEND_UNTIL_ALL && seat->open <= 0) return 1;
     if (e->problem.until != PEND_UNTIL_FIRST || arm < 0) return INFINITY;
-    watch_undo(e, i);
+    // no crossing comes after the one that ends the member
+    for (int k = 0; k < e->lanes.n; k++) {
+        if (k == seat->arm) continue;
+        e->first_crossing[i * e->lanes.n + k] = NAN;
+        e->crossings[i * e->lanes.n + k] = 0;
+    }
     return first;
 }
 

@@ -199,16 +199,6 @@ static enum pend_status lyapunov_settle(struct pend_lyapunov *lyapunov, struct p
     return lyapunov_fail(lyapunov, error);
 }
 
-/* starts the next interval, with longer pieces if the last pieces were shorter than necessary */
-static enum pend_status lyapunov_next(struct pend_lyapunov *lyapunov, struct pend_error *error) {
-    int longer = lyapunov->pieces > 1 && lyapunov->neglected < lyapunov_little;
-    lyapunov->piece = 0;
-    lyapunov->neglected = 0;
-    if (!longer) return PEND_OK;
-    lyapunov->pieces /= 2;
-    return lyapunov_open(lyapunov, error);
-}
-
 /* sets a mark if one is due; when all marks are used, keeps only every second one */
 static void lyapunov_mark(struct pend_lyapunov *lyapunov) {
     if (lyapunov->intervals % lyapunov->a_mark) return;
@@ -237,7 +227,13 @@ enum pend_status pend_lyapunov_go(struct pend_lyapunov *lyapunov, long steps, in
     lyapunov->intervals++;
     lyapunov_mark(lyapunov);
     *done = 1;
-    return lyapunov_next(lyapunov, error);
+    // longer pieces if the last ones were shorter than necessary
+    int longer = lyapunov->pieces > 1 && lyapunov->neglected < lyapunov_little;
+    lyapunov->piece = 0;
+    lyapunov->neglected = 0;
+    if (!longer) return PEND_OK;
+    lyapunov->pieces /= 2;
+    return lyapunov_open(lyapunov, error);
 }
 
 /* --- the computation --- */

@@ -150,16 +150,6 @@ enum pend_status pend_fit_told_newton(const struct fit_told *told, const double 
     return PEND_OK;
 }
 
-/* the component of unknown j in the null directions: 1 if the data do not depend on it */
-static double told_unseen(const struct fit_told *told, int j) {
-    double sum = 0;
-    for (int d = 0; d < told->q; d++) {
-        double part = told->direction[j * told->q + d];
-        if (!pend_fit_told_is(told, d)) sum += part * part;
-    }
-    return sum;
-}
-
 /* subtracts from a row its projection on earlier rows; returns the fraction of its length that
  * remains */
 static double told_part(int q, const double to[], int count, double row[]) {
@@ -180,7 +170,13 @@ static int told_singles(const struct fit_told *told, const unsigned char fixed[]
                         double to[]) {
     int q = told->q, count = 0;
     for (int j = 0; j < q && count < most; j++) {
-        if (fixed[j] || !(told_unseen(told, j) > fit_alone)) continue;
+        // the component in the null directions: 1 if the data do not depend on the unknown
+        double unseen = 0;
+        for (int d = 0; d < q; d++) {
+            double part = told->direction[j * q + d];
+            if (!pend_fit_told_is(told, d)) unseen += part * part;
+        }
+        if (fixed[j] || !(unseen > fit_alone)) continue;
         for (int i = 0; i < q; i++) to[count * q + i] = i == j;
         count++;
     }

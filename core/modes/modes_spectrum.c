@@ -160,15 +160,6 @@ static void spectrum_negate(struct pend_laplacian *l) {
     for (int k = 0; k < l->n; k++) l->spring[k] = -l->spring[k];
 }
 
-static void spectrum_reverse(int count, double value[]) {
-    for (int i = 0; i < count; i++) value[i] = -value[i];
-    for (int i = 0, j = count - 1; i < j; i++, j--) {
-        double swap = value[i];
-        value[i] = value[j];
-        value[j] = swap;
-    }
-}
-
 void pend_spectrum_search(struct pend_spectrum *spectrum, int part, int first, int count,
                           double value[]) {
     assert(part >= 0 && part < spectrum->symmetry->part_count && !spectrum->search.values);
@@ -200,7 +191,12 @@ enum pend_status pend_spectrum_step(struct pend_spectrum *spectrum, int *done) {
         pend_values_free(&s->values);
         if (!s->done) {
             spectrum_negate(s->part);
-            spectrum_reverse(s->split, s->value);
+            // the values of the negated part, in reverse and with the opposite sign
+            for (int i = 0, j = s->split - 1; i <= j; i++, j--) {
+                double swap = -s->value[i];
+                s->value[i] = -s->value[j];
+                s->value[j] = swap;
+            }
         }
         s->done++;
     }

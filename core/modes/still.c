@@ -292,22 +292,18 @@ static void still_orthogonal(const struct pend_still *still, const double square
     for (int k = 0; k < n; k++) x[k] /= size, still->load[k] /= size;
 }
 
-/* a start with a component along every mode, and different for each mode */
-static void still_start(const struct pend_still *still, int j, double x[]) {
-    unsigned long long seed = 0x9e3779b97f4a7c15ull * (unsigned long long)(j + 1);
-    for (int k = 0; k < still->n; k++) {
-        seed = seed * 6364136223846793005ull + 1442695040888963407ull;
-        x[k] = (double)(seed >> 40) * 0x1p-24 + 0.5;
-    }
-}
-
 /* computes mode j by inverse iteration about its eigenvalue */
 static void still_vector(const struct pend_still *still, const double square[], double vector[],
                          int j) {
     double *x = vector + (size_t)j * (size_t)still->n;
     assert(still->bracketed && j < still->n);
     still_factorize(still, square[j]);
-    still_start(still, j, x);
+    // a start with a component along every mode, and different for each mode
+    unsigned long long seed = 0x9e3779b97f4a7c15ull * (unsigned long long)(j + 1);
+    for (int k = 0; k < still->n; k++) {
+        seed = seed * 6364136223846793005ull + 1442695040888963407ull;
+        x[k] = (double)(seed >> 40) * 0x1p-24 + 0.5;
+    }
     for (int i = 0; i < SOLVES; i++) {
         still_orthogonal(still, square, vector, j, x);
         still_solve(still, still->load, x);

@@ -153,16 +153,6 @@ void pend_orbit_change_leave(struct pend_orbits *o) {
         pend_orbit_search_over(o, PEND_ORBITS_APART);
 }
 
-/* Returns the arm with the largest acceleration at the start of an orbit between two states of
- * rest. O(n). */
-static int change_turning(const struct orbit_newton *newton) {
-    int most = 0;
-    assert(newton->form.equations == newton->form.n);
-    for (int k = 1; k < newton->form.n; k++)
-        if (fabs(newton->map.energy_by[k]) > fabs(newton->map.energy_by[most])) most = k;
-    return most;
-}
-
 enum pend_status pend_orbit_change_looked(struct pend_orbits *o) {
     size_t q = (size_t)o->newton.unknowns;
     int found;
@@ -170,7 +160,11 @@ enum pend_status pend_orbit_change_looked(struct pend_orbits *o) {
                                          o->leaving, &found));
     if (!found && o->newton.form.equations == o->newton.form.n) {
         // free orbits may start at this bifurcation
-        pend_orbit_newton_free(&o->newton, change_turning(&o->newton), o->turned);
+        const double *acc = o->newton.map.energy_by; // at the start between two states of rest
+        int turning = 0;
+        for (int k = 1; k < o->newton.form.n; k++)
+            if (fabs(acc[k]) > fabs(acc[turning])) turning = k;
+        pend_orbit_newton_free(&o->newton, turning, o->turned);
         memcpy(o->last.u, o->newton.u, (size_t)o->newton.unknowns * sizeof(double));
         pend_orbit_search_begin(o, LOOK);
         return PEND_OK;

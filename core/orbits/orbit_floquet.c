@@ -4,6 +4,7 @@
 #include <complex.h>
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "core/orbits/orbit_constants.h"
 
@@ -123,20 +124,18 @@ static enum pend_status floquet_free_at(struct orbit_floquet *f, struct orbit_ne
     return PEND_OK;
 }
 
-static enum pend_status floquet_driven_at(struct orbit_floquet *f, struct orbit_newton *newton) {
-    int n = f->n;
-    floquet_matrix(f, newton, 1, f->work);
-    PEND_TRY(pend_orbit_eigenvalues(newton->algebra, 2 * n, f->work, f->re, f->im));
-    for (int j = 0; j < 2 * n; j++) f->part_re[j] = f->re[j], f->part_im[j] = f->im[j];
-    floquet_tell(f, 2 * n, 1);
-    return PEND_OK;
-}
-
 enum pend_status pend_orbit_floquet_at(struct orbit_floquet *floquet, struct orbit_newton *newton) {
+    int n = 2 * floquet->n;
     assert(floquet->n == newton->form.n && newton->complete);
     switch (newton->form.kind) {
     case ORBIT_DRIVEN:
-        return floquet_driven_at(floquet, newton);
+        floquet_matrix(floquet, newton, 1, floquet->work);
+        PEND_TRY(
+            pend_orbit_eigenvalues(newton->algebra, n, floquet->work, floquet->re, floquet->im));
+        memcpy(floquet->part_re, floquet->re, (size_t)n * sizeof(double));
+        memcpy(floquet->part_im, floquet->im, (size_t)n * sizeof(double));
+        floquet_tell(floquet, n, 1);
+        return PEND_OK;
     case ORBIT_FREE:
         return floquet_free_at(floquet, newton);
     case ORBIT_QUARTER:

@@ -160,15 +160,6 @@ static enum orbit_newton_end newton_correct(struct orbit_newton *newton) {
     return ORBIT_GOING;
 }
 
-/* whether to compute all derivatives: if they cost nothing more, or are likely to be needed */
-static int newton_complete(const struct orbit_newton *newton) {
-    enum { TOGETHER = 7 };
-    int n = newton->form.n;
-    if (!newton->whole || newton->form.equations == 2 * n) return 1;
-    return (2 * n + TOGETHER - 1) / TOGETHER == (n + TOGETHER - 1) / TOGETHER ||
-           newton->last * newton->last <= newton_stalled;
-}
-
 enum pend_status pend_orbit_newton_next(struct orbit_newton *newton, double work,
                                         enum orbit_newton_end *end, struct pend_error *error) {
     int done = 0;
@@ -176,7 +167,12 @@ enum pend_status pend_orbit_newton_next(struct orbit_newton *newton, double work
     assert(newton->unknowns >= 2);
     *end = ORBIT_GOING;
     if (!newton->under_way) {
-        newton->complete = newton_complete(newton);
+        // all derivatives, if they cost nothing more, or are likely to be needed
+        enum { TOGETHER = 7 };
+        int n = newton->form.n;
+        newton->complete = !newton->whole || newton->form.equations == 2 * n ||
+                           (2 * n + TOGETHER - 1) / TOGETHER == (n + TOGETHER - 1) / TOGETHER ||
+                           newton->last * newton->last <= newton_stalled;
         status = pend_orbit_form_set(&newton->form, newton->u, newton->whole && newton->complete,
                                      &newton->motion, error);
         if (status == PEND_OK)

@@ -115,21 +115,18 @@ void pend_event_series_truth(const struct event_step *step, const struct event_t
                          truth->force + i * n);
 }
 
-/* adds to the series of a force its error, interpolated from the nodes */
-static void event_amend(const struct event_step *step, int k, double out[EVENT_TERMS]) {
+void pend_event_series_force(const struct event_step *step, int k, double out[EVENT_TERMS]) {
+    assert(k >= 0 && k < step->tree->n);
+    double inverse = 1 / step->unit;
+    event_scale(step, step->force, k, step->order, 0, inverse * inverse, out);
+    if (!step->truth) return;
+    // the error of the series, interpolated from the nodes
     double gap[EVENT_NODES], sum[EVENT_NODES];
     for (int i = 0; i < EVENT_NODES; i++)
         gap[i] =
             step->truth->force[i * step->tree->n + k] - (out[0] + event_beyond(out, event_node(i)));
     pend_roots_through(EVENT_NODES, gap, sum);
     for (int j = 0; j < EVENT_NODES; j++) out[j] += sum[j];
-}
-
-void pend_event_series_force(const struct event_step *step, int k, double out[EVENT_TERMS]) {
-    assert(k >= 0 && k < step->tree->n);
-    double inverse = 1 / step->unit;
-    event_scale(step, step->force, k, step->order, 0, inverse * inverse, out);
-    if (step->truth) event_amend(step, k, out);
 }
 
 /* ---- positions */

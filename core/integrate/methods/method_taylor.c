@@ -45,16 +45,6 @@ struct taylor {
     struct pend_stepper_counts counts;
 };
 
-/* the order for the tolerance; lower if the series would need too much memory */
-static int taylor_order(const struct pend_problem *problem) {
-    enum { BYTES_CAP = 1 << 30 };
-    int order = pend_taylor_order(problem->rtol, 1);
-    while (order > PEND_TAYLOR_ORDER_MIN &&
-           pend_jets_bytes(problem->tree, problem->loads.terms, order) > BYTES_CAP)
-        order--;
-    return order;
-}
-
 static void taylor_view(struct taylor *taylor, double *at) {
     size_t stride = pend_jets_stride(taylor->tree->n);
     double **array[] = {&taylor->begin.phi,      &taylor->begin.phi_low, &taylor->begin.rate,
@@ -66,7 +56,11 @@ static void taylor_view(struct taylor *taylor, double *at) {
 
 static enum pend_status taylor_open(void **stepper, const struct pend_problem *problem,
                                     struct pend_error *error) {
-    int n = problem->tree->n, order = taylor_order(problem);
+    enum { BYTES_CAP = 1 << 30 };
+    int n = problem->tree->n, order = pend_taylor_order(problem->rtol, 1);
+    while (order > PEND_TAYLOR_ORDER_MIN &&
+           pend_jets_bytes(problem->tree, problem->loads.terms, order) > BYTES_CAP)
+        order--;
     int beyond = problem->accuracy > 0 ? PEND_SERIES_BEYOND : 0;
     size_t head = (sizeof(struct taylor) + 63) / 64 * 64,
            series = pend_jets_bytes(problem->tree, problem->loads.terms, order + beyond);

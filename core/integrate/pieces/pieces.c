@@ -15,15 +15,6 @@ PEND_VALIDATOR pieces_valid(const struct pieces *p) {
 
 /* ---- the change between two pieces */
 
-/* adds the outputs of the controllers to the inputs */
-static void pieces_control(struct pieces *p) {
-    const struct pend_rules *all = p->piece.rules;
-    double *input = p->piece.value + p->problem.loads.terms->row[PEND_TERM_INPUT];
-    for (int i = 0; i < all->controllers; i++)
-        input[all->controller[i].drives] +=
-            pend_control_output(all, p->problem.tree->n, i, p->control);
-}
-
 static enum pend_status pieces_change(struct pieces *p, struct pend_error *error) {
     const struct pend_terms *terms = p->problem.loads.terms;
     struct pend_piece *piece = &p->piece;
@@ -34,7 +25,10 @@ static enum pend_status pieces_change(struct pieces *p, struct pend_error *error
                             piece->phi, piece->rate, p->control);
     p->next = pend_rules_piece(terms, piece->now, piece->way, piece->value, 1);
     if (p->control) {
-        pieces_control(p);
+        const struct pend_rules *all = piece->rules;
+        double *input = piece->value + terms->row[PEND_TERM_INPUT];
+        for (int i = 0; i < all->controllers; i++)
+            input[all->controller[i].drives] += pend_control_output(all, n, i, p->control);
         p->next = fmin(p->next, pend_control_next(piece->rules, n, piece->start, p->control));
     }
     if (p->joints) PEND_TRY(pend_joints_sort(p->joints, error));

@@ -172,23 +172,17 @@ static double horizon_least(const struct pend_horizon *horizon, double length) {
     return least * fmax(fmin(HORIZON_SPREAD, part * part * part), HORIZON_LONG * step);
 }
 
-/* updates the largest force, with those of the motion itself */
-static void horizon_look(struct pend_horizon *horizon, const struct pend_jets *series,
-                         double unit) {
-    double inverse = 1 / unit;
-    for (int k = 0; k < horizon->problem.tree->n; k++) {
-        double force = fabs(series->force[pend_jets_place(series, k, 0)]) * (inverse * inverse);
-        horizon->strongest = pend_larger(force, horizon->strongest);
-    }
-}
-
 /* Computes the error at the end of a step from that at its start, with the motion's own series if
  * it supports this, otherwise with a neighbour. Returns the error of the forces at the start, N. */
 static double horizon_carry(struct pend_horizon *horizon, const struct pend_series *step,
                             double x) {
     const struct pend_loads *loads = &horizon->problem.loads;
     double least = horizon_least(horizon, x * step->unit);
-    horizon_look(horizon, step->jets, step->unit);
+    double inverse = 1 / step->unit;
+    for (int k = 0; k < horizon->problem.tree->n; k++) {
+        double force = fabs(step->jets->force[pend_jets_place(step->jets, k, 0)]);
+        horizon->strongest = pend_larger(force * (inverse * inverse), horizon->strongest);
+    }
     if (!pend_jets_spreads(step->jets))
         return pend_neighbour_spread(&horizon->near, step, x, least, horizon->phi, horizon->rate);
     // errors of an ideal tree do not decay, so in a short run the lowest order is enough

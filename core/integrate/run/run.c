@@ -235,16 +235,6 @@ static void run_weigh(struct pend_run *run) {
     if (run->scale > 0) run->drift = fmax(run->drift, most / run->scale);
 }
 
-/* records the time of the end of a step, and the work and heat up to it */
-static void run_note(struct pend_run *run) {
-    struct run_ends *ends = &run->ends;
-    int i = ends->count;
-    ends->time[i] = run->start + run->reached;
-    ends->work[i] = ends->heat[i] = 0;
-    if (run->gives)
-        run->method->exchange(run->stepper, &run->reached, 1, &ends->work[i], &ends->heat[i]);
-}
-
 /* stores the end of a step for its energy, and checks that it is finite */
 static enum pend_status run_inspect(struct pend_run *run, struct pend_error *error) {
     const struct pend_tree *tree = run->problem.tree;
@@ -260,7 +250,13 @@ static enum pend_status run_inspect(struct pend_run *run, struct pend_error *err
                         "the motion of arm %d ceased to be finite", tree->order[k] + 1);
     }
     if (run->horizon) pend_horizon_step(run->horizon, run->stepper, run->reached, phi, rate);
-    if (run->problem.loads.terms) run_note(run);
+    int i = ends->count;
+    if (run->problem.loads.terms) {
+        ends->time[i] = run->start + run->reached;
+        ends->work[i] = ends->heat[i] = 0;
+        if (run->gives)
+            run->method->exchange(run->stepper, &run->reached, 1, &ends->work[i], &ends->heat[i]);
+    }
     if (!run->problem.no_drift && ++ends->count == ends->cap) run_weigh(run);
     return PEND_OK;
 }

@@ -75,16 +75,6 @@ static void run_forces(struct pend_run *run, int due, int swings, const struct p
                                   points->rate + row, points->acc + row, points->force + row);
 }
 
-/* Computes the forces of `due` states by the equations of motion if the series loses their digits.
- * The accelerations of the series are accurate. */
-static void run_true_forces(struct pend_run *run, int due, const struct pend_points *points,
-                            const struct pend_points *room) {
-    struct pend_points own = *room;
-    own.acc = run->spare;
-    assert(own.acc && own.force);
-    run_forces(run, due, 0, points, &own);
-}
-
 /* the arrays of a group that the method is to fill in */
 static struct pend_points run_wanted(const struct pend_run *run, const struct pend_samples *samples,
                                      int fine, const struct pend_points *room) {
@@ -101,8 +91,11 @@ static struct pend_points run_wanted(const struct pend_run *run, const struct pe
 static void run_pull(struct pend_run *run, const struct pend_samples *samples, int due, int swings,
                      const struct pend_points *points, const struct pend_points *room) {
     int series = run->method->flags & PEND_METHOD_SERIES && run->next > 0;
+    // if the series loses digits of the forces; its accelerations are accurate
+    struct pend_points own = *room;
+    own.acc = run->spare;
     if (series && run->unlike && (samples->force || samples->joint_along))
-        run_true_forces(run, due, points, room);
+        run_forces(run, due, 0, points, &own);
     else if (!series && (points->acc || points->force))
         run_forces(run, due, swings, points, room);
 }
@@ -207,16 +200,6 @@ static void run_exchange(const struct pend_run *run, int due, struct pend_sample
     }
 }
 
-/* fills in the outputs of the controllers at the due instants */
-static void run_control(const struct pend_run *run, int due, struct pend_samples *samples) {
-    const struct pend_problem *problem = &run->problem;
-    const double *own = pend_pieces_control(run->method, run->stepper);
-    int count = own ? problem->loads.terms->rules->controllers : 0;
-    for (int j = 0; j < due * count; j++)
-        samples->control[samples->count * count + j] =
-            pend_control_output(problem->loads.terms->rules, problem->tree->n, j % count, own);
-}
-
 struct run_flaw pend_run_find_flaw(const struct pend_run *run, const struct pend_samples *samples) {
     int n = run_arms(run), cart = pend_terms_cart(run->problem.loads.terms);
     const struct {
@@ -260,6 +243,16 @@ static void run_return(const struct pend_run *run, double phi[], int count) {
         for (int k = 0; k < tree->n; k++)
             phi[tree->order[k]] =
                 pend_turns_add(phi[tree->order[k]], run->turns[k], run->turns_low[k]);
+}
+
+/* fills in the outputs of the controllers at the due instants */
+static void run_control(const struct pend_run *run, int due, struct pend_samples *samples) {
+    const struct pend_problem *problem = &run->problem;
+    const double *own = pend_pieces_control(run->method, run->stepper);
+    int count = own ? problem->loads.terms->rules->controllers : 0;
+    for (int j = 0; j < due * count; j++)
+        samples->control[samples->count * count + j] =
+            pend_control_output(problem->loads.terms->rules, problem->tree->n, j % count, own);
 }
 
 /* computes all requested quantities from the states at the due instants */

@@ -108,15 +108,6 @@ static void jets_bodies_of(struct pend_jets *jets, const struct pend_loads *load
     jets->general = 1;
 }
 
-/* lays out the arrays in which the fast kernels factorize bodies */
-static void jets_loads_shaped(struct pend_jets *jets, const struct pend_loads *loads,
-                              void *memory) {
-    pend_bodies_system(&jets->bodies, jets->tree, loads, 1, memory);
-    jets->bodies.cosine = jets->system.cosine;
-    jets->bodies.sine = jets->system.sine;
-    jets->loads.bodies = &jets->bodies;
-}
-
 static void jets_cut(struct pend_jets *jets, void *memory) {
     const struct pend_tree *tree = jets->tree;
     if (pend_chain_suits(tree)) {
@@ -175,9 +166,13 @@ void pend_jets_init(struct pend_jets *jets, const struct pend_tree *tree,
     char *at = (char *)cut + jets_cut_bytes(tree);
     pend_jets_loads_init(&jets->loads, tree, loads->terms, order_cap, &layout, at);
     jets->system.loads = &jets->loads;
-    if (jets_loads_bodies(loads->terms))
-        jets_loads_shaped(jets, loads,
-                          at + pend_jets_loads_bytes(tree, loads->terms, order_cap, &layout));
+    if (!jets_loads_bodies(loads->terms)) return;
+    // the arrays in which the fast kernels factorize bodies
+    at += pend_jets_loads_bytes(tree, loads->terms, order_cap, &layout);
+    pend_bodies_system(&jets->bodies, tree, loads, 1, at);
+    jets->bodies.cosine = jets->system.cosine;
+    jets->bodies.sine = jets->system.sine;
+    jets->loads.bodies = &jets->bodies;
 }
 
 static const struct jets_kernel *jets_kernel(enum pend_isa isa) {
