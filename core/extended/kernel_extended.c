@@ -100,7 +100,6 @@ static void extended_start(const struct extended_motion *motion, const struct je
     }
 }
 
-/* computes all orders of a real pendulum */
 static void extended_bodies(const struct extended_motion *motion, const struct jets_system *s,
                             wide unit, num gravity) {
     const num quarter = num_of2(M_PI_2, PEND_QUARTER_LOW);

@@ -60,7 +60,6 @@ static enum pend_status extended_stepper_open(void **stepper, const struct pend_
     return PEND_OK;
 }
 
-/* the power of the last step, as series */
 static void extended_stepper_power(struct extended_stepper *x) {
     struct pend_exchange *exchange = &x->exchange;
     exchange->unit = pend_extended_power(x->extended, exchange->work.series, exchange->heat.series);

@@ -225,7 +225,6 @@ static enum pend_status fit_grow(struct pend_fit *fit, struct pend_error *error)
 
 /* ---- iterations */
 
-/* restarts the solver on the rows of the window */
 static enum pend_status fit_begin(struct pend_fit *fit, struct pend_error *error) {
     size_t bytes = (size_t)fit->problem.unknowns * sizeof(double);
     if (!fit->result.iterations && pend_fit_release_begin(fit, fit->window) != PEND_OK)

@@ -89,12 +89,10 @@ size_t pend_fit_model_lay(struct fit_model *model, const struct pend_fit_problem
 
 /* ---- the pendulum with values of the unknowns */
 
-/* whether an unknown belongs to the start of another run */
 static int model_elsewhere(const struct pend_fit_unknown *u, int run) {
     return u->camera < 0 && u->by.kind <= PEND_PARAMETER_RATE && u->run != run;
 }
 
-/* lists the unknowns on which the motion of a run depends */
 static void model_parameters(struct fit_model *model, int run) {
     const struct pend_fit_problem *p = model->problem;
     model->parameters = 0;
@@ -194,7 +192,6 @@ static int modes_before(const void *left, const void *right) {
     return (a > b) - (a < b);
 }
 
-/* modes of a real pendulum */
 static enum pend_status modes_damped(const struct pend_tree *tree, const struct pend_loads *loads,
                                      double omega[]) {
     struct pend_damped *damped;
@@ -263,7 +260,6 @@ static enum pend_status model_modes(struct fit_model *model, const double value[
 
 /* ---- residuals */
 
-/* the derivative of a measurement with respect to an unknown */
 static double model_slope(const struct fit_model *model, const struct pend_fit_column *column,
                           const struct fit_number *number, int j) {
     const struct pend_fit_problem *p = model->problem;
@@ -352,7 +348,6 @@ static enum pend_status model_slopes(struct fit_model *model, const struct pend_
     return status;
 }
 
-/* computes the motion without derivatives */
 static enum pend_status model_values(struct fit_model *model, const struct pend_problem *problem,
                                      double residual[], struct pend_error *error) {
     struct pend_run *run;
@@ -389,7 +384,6 @@ static enum pend_status model_motion(struct fit_model *model, struct pend_proble
                    : model_values(model, &problem, residual, error);
 }
 
-/* computes the motion of a run */
 static enum pend_status model_run(struct fit_model *model, const double value[], int run, long rows,
                                   double residual[], double slope[], struct pend_error *error) {
     const struct pend_fit_problem *p = model->problem;

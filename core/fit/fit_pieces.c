@@ -59,12 +59,10 @@ static int pieces_count(const struct pend_fit_problem *p, double swing) {
     return (int)fmin(most, (double)rows / (2 * FIT_BESIDE));
 }
 
-/* the first row of a piece */
 static long pieces_row(const struct pend_fit_problem *p, int count, int s) {
     return p->rows * s / count;
 }
 
-/* number of measurements in the rows, plus number of continuity conditions */
 static size_t pieces_numbers(const struct pend_fit_problem *p, int count) {
     size_t numbers = (size_t)(count - 1) * 2 * (size_t)p->n;
     for (int c = 0; c < p->columns; c++)
@@ -254,7 +252,6 @@ static int pieces_slopes(const gsl_vector *x, void *context, gsl_matrix *J) {
 
 /* ---- the search */
 
-/* estimates the states at the joins from the data */
 static void pieces_begin(struct fit_pieces *all, const double inner[]) {
     const struct pend_fit_problem *p = all->problem;
     memcpy(all->x, inner, (size_t)p->unknowns * sizeof *all->x);

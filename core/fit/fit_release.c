@@ -155,7 +155,6 @@ enum pend_status pend_fit_release_put(struct pend_fit *fit, double *squares, dou
     return status;
 }
 
-/* whether an unknown at a bound is at the low one */
 static int release_low(const struct pend_fit_unknown *u, double value) {
     return !isfinite(u->high) || value - u->low < u->high - value;
 }

@@ -9,7 +9,6 @@
 #include "core/fit/fit_bounds.h"
 #include "core/fit/fit_constants.h"
 
-/* whether quantities other than frequencies are measured */
 static int verdict_moves(const struct pend_fit *fit) {
     const struct pend_fit_problem *p = &fit->problem;
     int moves = 0;

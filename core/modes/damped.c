@@ -279,7 +279,6 @@ static void damped_sort(struct pend_damped *d) {
     }
 }
 
-/* finds the modes about the equilibrium in `damped` */
 static enum pend_status damped_solve(struct pend_damped *damped, const struct pend_tree *tree,
                                      const struct pend_loads *loads) {
     size_t square = (size_t)tree->n * (size_t)tree->n;

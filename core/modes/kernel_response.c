@@ -39,7 +39,6 @@ INLINE void wave_put(struct response_lanes *to, wave x) {
 INLINE wave wave_add(wave a, wave b) { return (wave){a.re + b.re, a.im + b.im}; }
 INLINE wave wave_sub(wave a, wave b) { return (wave){a.re - b.re, a.im - b.im}; }
 
-/* a b + c */
 INLINE wave wave_fma(wave a, wave b, wave c) {
     return (wave){lanes8_fma(a.re, b.re, lanes8_fma(-a.im, b.im, c.re)),
                   lanes8_fma(a.re, b.im, lanes8_fma(a.im, b.re, c.im))};
@@ -49,7 +48,6 @@ INLINE wave wave_mul(wave a, wave b) {
     return (wave){lanes8_fma(a.re, b.re, -(a.im * b.im)), lanes8_fma(a.re, b.im, a.im * b.re)};
 }
 
-/* r a + c with a real r */
 INLINE wave wave_scale(double r, wave a, wave c) {
     lanes8 all = lanes8_of(r);
     return (wave){lanes8_fma(all, a.re, c.re), lanes8_fma(all, a.im, c.im)};
@@ -185,7 +183,6 @@ static void kernel_solve(const struct linear_arms *arms, const wave pivot[2], bi
     }
 }
 
-/* computes displacements of the joints from the angles */
 static void kernel_place(const struct linear_arms *arms, const wave pivot[2],
                          struct response_node node[]) {
     for (int k = 0; k < arms->n; k++) {

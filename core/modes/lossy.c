@@ -23,7 +23,6 @@ enum {
 static const double settled = 1e-11, real_part = 1e-8, missed_most = 1e-9, moved_most = 0.3,
                     sum_missed = 1e-6;
 
-/* a function of p: its value and its derivative */
 struct dual {
     double complex v, d;
 };
@@ -34,7 +33,6 @@ struct lossy_factors {
     double back;
 };
 
-/* values of an arm in the sweeps */
 struct lossy_node {
     struct dual form[3], cross[2], own, joint;
     double complex inverse;                /* inverse of the elimination pivot */

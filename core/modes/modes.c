@@ -61,7 +61,6 @@ struct pend_modes_search {
     double **vector, *room;
 };
 
-/* checks the state of a search between two calls */
 PEND_VALIDATOR modes_search_valid(const struct pend_modes_search *s) {
     const struct pend_modes_request *r = &s->request;
     int parts = s->spectrum->symmetry->part_count;
@@ -115,7 +114,6 @@ static void modes_range(const struct pend_modes_search *s, int part, const doubl
     *end = probe[1].below > *first ? probe[1].below : *first;
 }
 
-/* determines which eigenvalues of each part are computed */
 static enum pend_status modes_plan(struct pend_modes_search *s) {
     int parts = s->spectrum->symmetry->part_count, values = 0;
     double cut[2] = {0, 0};

@@ -16,7 +16,6 @@ enum { SPECTRUM_SHIFTS = 16, SPECTRUM_ROUNDS = 14 };
  * finite */
 #define SPECTRUM_WEAKEST 1e-270
 
-/* checks the spectrum between two calls */
 PEND_VALIDATOR spectrum_valid(const struct pend_spectrum *spectrum) {
     const struct pend_search *s = &spectrum->search;
     return spectrum->negative >= 0 && spectrum->negative <= spectrum->n && s->done >= 0 &&

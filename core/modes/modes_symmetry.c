@@ -6,7 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* data of the branch that begins at an arm */
 struct branch {
     uint64_t hash;
     int arm, n; /* first arm of the branch; number of its arms after merging */
@@ -299,7 +298,6 @@ enum pend_status pend_symmetry_laplacian(struct pend_laplacian **laplacian,
     return PEND_OK;
 }
 
-/* sets the indices of the arms of one branch */
 static void symmetry_branch_places(const struct pend_symmetry *s, int root, int place[]) {
     const struct pend_tree *tree = s->tree;
     place[root] = 0;

@@ -130,7 +130,6 @@ static double vectors_scale(struct pend_vectors *v, int number) {
     return norm;
 }
 
-/* replaces a pivot that vanishes by round-off */
 static double vectors_pivot(double t, double spring) {
     return t + spring != 0 ? t + spring : DBL_EPSILON * spring;
 }
@@ -284,7 +283,6 @@ enum pend_status pend_vectors_new(struct pend_vectors **vectors,
     return PEND_OK;
 }
 
-/* moves on to the next vector */
 static void vectors_next(struct pend_vectors *v) {
     if (++v->number == v->count) return;
     v->settling = (struct settling){.first = vectors_first(v, v->number), .left = 1};

@@ -134,7 +134,6 @@ static void response_tips(const struct pend_response *response, double omega, in
     }
 }
 
-/* stores all results of an arm for one frequency */
 static void response_parts(const struct pend_response *response, int k, int lane,
                            double complex out[PEND_RESPONSE_PARTS]) {
     const struct linear_arm *arm = response->arms.arm + k;

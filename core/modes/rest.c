@@ -11,7 +11,6 @@ static const double least_pivot = 0.05; /* smallest elimination pivot when minim
                                          * its largest possible value */
 static const double least_fall = 1e-4;  /* least accepted decrease, relative to the predicted one */
 
-/* data of an arm during the search */
 struct rest_node {
     struct rest_body body;
     double spring, torque; /* N m/rad; constant torque, N m */
@@ -242,7 +241,6 @@ static int rest_search(const struct pend_tree *tree, const struct pend_loads *lo
     return found;
 }
 
-/* creates the data of each arm for the search; NULL if memory is short */
 static struct rest_node *rest_nodes(const struct pend_tree *tree, const struct pend_loads *loads) {
     size_t n = (size_t)tree->n;
     struct rest_node *node = malloc(n * sizeof *node);

@@ -13,7 +13,6 @@ enum { WIDE = 8, SWEEPS = 16, SOLVES = 4, VECTORS = 32 };
 /* relative to the largest eigenvalue: vectors with closer eigenvalues are orthogonalized */
 static const double near = 1e-7;
 
-/* an arm in a factorization */
 struct still_factor {
     double pivot, lean[2]; /* D, a */
 };
@@ -123,7 +122,6 @@ static double still_pivot(const struct pend_still *still, int k, double pivot, d
     return -0x1p-60 * (fabs(still->back[k]) + fabs(s) * still->arms.arm[k].inertia) - 0x1p-1000;
 }
 
-/* counts the eigenvalues below each of WIDE values */
 static void still_count(const struct pend_still *still, const double s[], int count[]) {
     still_alone(still, s);
     for (int i = 0; i < WIDE; i++) count[i] = 0;
@@ -146,7 +144,6 @@ int pend_still_below(struct pend_still *still, double s) {
     return count[0];
 }
 
-/* encloses all eigenvalues between powers of two */
 static void still_bracket(struct pend_still *still) {
     double low = -1, high = 1;
     while (high < 0x1p1000 && pend_still_below(still, high) < still->n) high *= 4;
@@ -156,7 +153,6 @@ static void still_bracket(struct pend_still *still) {
     still->bracketed = 1;
 }
 
-/* true if the bracket of eigenvalue k is too narrow to be halved */
 static int still_narrow(const struct pend_still *still, int k) {
     double low = still->low[k], high = still->high[k], most = still->high[still->n - 1];
     // if no force restores the arms, all eigenvalues are 0, and the bracket has no relative width
@@ -292,7 +288,6 @@ static void still_orthogonal(const struct pend_still *still, const double square
     for (int k = 0; k < n; k++) x[k] /= size, still->load[k] /= size;
 }
 
-/* computes mode j by inverse iteration about its eigenvalue */
 static void still_vector(const struct pend_still *still, const double square[], double vector[],
                          int j) {
     double *x = vector + (size_t)j * (size_t)still->n;

@@ -8,7 +8,6 @@
 
 /* ---- along the branch */
 
-/* predicts the orbit at the end of the next step */
 static void orbits_predict(struct pend_orbits *o) {
     struct orbit_newton *newton = &o->newton;
     double bend = o->before > 0 ? o->step * o->step / (2 * o->before) : 0;
@@ -93,7 +92,6 @@ static int orbits_beyond(struct pend_orbits *o) {
     return 1;
 }
 
-/* makes the orbit found the last one of the branch */
 static enum pend_status orbits_accept(struct pend_orbits *o, enum pend_orbits_found *found,
                                       struct pend_error *error) {
     struct orbit_newton *newton = &o->newton;
@@ -195,7 +193,6 @@ static enum pend_status orbits_checked(struct pend_orbits *o, enum pend_orbits_f
     return PEND_OK;
 }
 
-/* after Newton's method did not converge */
 static enum pend_status orbits_lost(struct pend_orbits *o, enum pend_orbits_found *found,
                                     struct pend_error *error) {
     assert(o->stage == SEARCH);

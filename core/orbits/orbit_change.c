@@ -48,7 +48,6 @@ static void change_between_two(const struct pend_orbits *o, double part, double 
                part * part * ((1 + 2 * rest) * b[j] - rest * there * to[j]);
 }
 
-/* searches for the orbit at the current fraction of the path */
 static void change_locate_at(struct pend_orbits *o) {
     change_between_two(o, o->at, o->newton.u);
     pend_orbit_search_plane(o, o->last.along);
@@ -76,7 +75,6 @@ static struct orbits_mark *change_top(struct pend_orbits *o) {
     return &o->ahead[o->waiting - 1];
 }
 
-/* searches for the orbit at the next fraction of the path */
 static void change_locate(struct pend_orbits *o) {
     const struct orbits_mark *low = &o->low, *top = change_top(o);
     int border = change_border(low, top);
@@ -189,7 +187,6 @@ static void change_met(struct pend_orbits *o, enum pend_orbits_found *found) {
     *found = PEND_ORBITS_BIFURCATION;
 }
 
-/* true if the branch turns back between the last orbit and the next */
 static int change_turns(const struct pend_orbits *o) {
     return (o->last.mark.test[ORBIT_TURN] > 0) != (o->next.mark.test[ORBIT_TURN] > 0);
 }
@@ -256,7 +253,6 @@ static void change_put(struct pend_orbits *o, const struct orbits_mark *mark) {
     o->side = below ? -1 : 1;
 }
 
-/* true if exactly one bifurcation lies between `low` and the nearest orbit ahead */
 static int change_single(struct pend_orbits *o) {
     const struct orbits_mark *low = &o->low, *top = change_top(o);
     int passes[ORBIT_BORDERS], count = 0;
@@ -276,7 +272,6 @@ static enum pend_orbits_kind change_kind(struct pend_orbits *o) {
     return o->newton.form.mirrored ? PEND_ORBITS_SYMMETRY : PEND_ORBITS_DOUBLING;
 }
 
-/* moves `low` beyond the bifurcation */
 static void change_beyond(struct pend_orbits *o) {
     struct orbits_mark *low = &o->low;
     const struct orbits_mark *top = change_top(o);
@@ -320,7 +315,6 @@ enum pend_status pend_orbit_change_halved(struct pend_orbits *o, enum pend_orbit
     return PEND_OK;
 }
 
-/* reports the orbit found as the bifurcation */
 static enum pend_status change_tell(struct pend_orbits *o, enum pend_orbits_found *found,
                                     struct pend_error *error) {
     PEND_TRY(pend_orbit_search_tell(o, o->newton.u, error));

@@ -56,7 +56,6 @@ enum pend_status pend_orbit_check_begin(struct orbit_check *check, const struct 
     return pend_run_new(&check->run, &pend_method_taylor, &over, error);
 }
 
-/* the distance of row i from the start */
 static double check_away(const struct orbit_check *check, const struct orbit_form *form, int i) {
     double most = 0;
     for (int k = 0; k < check->n; k++) {

@@ -82,7 +82,6 @@ static int form_branch(const struct pend_tree *tree, int first) {
     return end - first;
 }
 
-/* true if two branches at one joint are equal, arm by arm */
 static int form_equal(const struct orbit_form *form, int a, int b) {
     const struct pend_tree *tree = form->problem->tree;
     const struct pend_loads *loads = &form->problem->loads;
@@ -168,7 +167,6 @@ static enum pend_status form_mode(struct orbit_form *form, struct pend_error *er
     return PEND_OK;
 }
 
-/* the start value of the varied number */
 static double form_from(const struct orbit_form *form) {
     const struct pend_orbit_problem *p = form->problem;
     if (p->vary == PEND_ORBIT_OMEGA) return form->omega;

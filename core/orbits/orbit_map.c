@@ -54,7 +54,6 @@ enum pend_status pend_orbit_map_begin(struct orbit_map *map, const struct pend_p
     return pend_derivatives_new(&map->motion, &over, count, parameter, error);
 }
 
-/* converts a row in the caller's order to results */
 static void map_take(struct orbit_map *map, const struct pend_derived_rows *rows) {
     size_t q = (size_t)map->count;
     for (size_t i = 0; i < (size_t)map->n; i++) {

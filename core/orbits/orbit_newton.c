@@ -103,7 +103,6 @@ static double newton_close(struct orbit_newton *newton) {
     return sum - newton->value;
 }
 
-/* tries the current fraction of the step, from the last accepted unknowns */
 static void newton_try(struct orbit_newton *newton) {
     for (int j = 0; j < newton->unknowns; j++)
         newton->u[j] = newton->good[j] + newton->part * newton->way[j];
@@ -135,7 +134,6 @@ static enum orbit_newton_end newton_last(struct orbit_newton *newton, double cor
     return ORBIT_FOUND;
 }
 
-/* computes the correction after a map */
 static enum orbit_newton_end newton_correct(struct orbit_newton *newton) {
     int q = newton->unknowns;
     newton->iteration++;

@@ -75,7 +75,6 @@ static enum pend_status orbits_small(struct pend_orbits *o, double *swing,
     return PEND_OK;
 }
 
-/* starts from a small swing, or from the given start */
 static enum pend_status orbits_start(struct pend_orbits *o, const double phi[], const double rate[],
                                      struct pend_error *error) {
     struct orbit_newton *newton = &o->newton;
@@ -257,7 +256,6 @@ static enum pend_status orbits_carry_form(struct pend_orbits *o,
     return PEND_OK;
 }
 
-/* saves or restores the integer state of the search */
 static void orbits_carry_place(struct pend_orbits *o, struct pend_checkpoint *checkpoint) {
     int over = o->stage == OVER, aim = (int)o->aim, end = (int)o->end, why = (int)o->why;
     int kind = (int)o->now.kind, turned = (int)o->turned_at;

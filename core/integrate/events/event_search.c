@@ -22,14 +22,12 @@ enum pend_status pend_event_search_check(int count, const struct pend_event even
     return PEND_OK;
 }
 
-/* number of doubles for the series of the energies */
 static size_t search_room(int count, const struct pend_event event[], int n) {
     for (int i = 0; i < count; i++)
         if (pend_quantity_energy(event[i].quantity)) return pend_event_series_room(n);
     return 0;
 }
 
-/* whether a condition concerns a force */
 static int search_pulls(int count, const struct pend_event event[]) {
     for (int i = 0; i < count; i++)
         if (event[i].quantity == PEND_QUANTITY_FORCE) return 1;
@@ -60,7 +58,6 @@ void pend_event_search_init(struct event_search *search, int count, const struct
     pend_event_truth_place(&search->truth, tree, at + (64 - (size_t)at % 64) % 64);
 }
 
-/* the series of a condition's quantity over the step */
 static void search_series(const struct event_search *search, const struct event_step *step,
                           const struct pend_event *event, double out[EVENT_TERMS]) {
     double other[EVENT_TERMS];
@@ -153,7 +150,6 @@ static int search_keeps(const struct event_step *step, const struct pend_event *
            (!loads->terms || pend_terms_conserve(loads->terms, loads->value));
 }
 
-/* searches one step for the passages of a condition */
 static void search_look(struct event_search *search, const struct event_step *step, int event,
                         struct event_watch *watch, double from, int first) {
     const struct pend_event *asked = &search->event[event];

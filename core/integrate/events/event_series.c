@@ -37,7 +37,6 @@ struct event_step pend_event_series_step(const struct pend_series *series,
                                .degree = pend_event_series_degree(series->order)};
 }
 
-/* index of coefficient j of arm k in a series */
 static size_t event_place(const struct event_step *step, int k, int j) {
     if (step->jets) return pend_jets_place(step->jets, k, j);
     return ((size_t)j * (size_t)step->tree->n + (size_t)k) * (size_t)step->lanes;
@@ -69,7 +68,6 @@ void pend_event_series_rate(const struct event_step *step, int k, double out[EVE
 
 /* ---- forces */
 
-/* number of doubles in the arrays of a truth */
 static size_t event_truth_numbers(const struct pend_tree *tree) {
     size_t numbers = (3 * EVENT_NODES + 1) * (size_t)tree->n * sizeof(double);
     return (numbers + 63) / 64 * 64;
@@ -146,7 +144,6 @@ static void event_turn(const struct event_step *step, int k, double complex p,
     for (int j = 0; j <= step->degree; j++) out[j] += u[j];
 }
 
-/* adds the position of the pivot */
 static void event_pivot(const struct event_step *step, double complex out[EVENT_TERMS]) {
     const struct pend_terms *terms = step->loads->terms;
     const double *value = step->loads->value;
@@ -245,7 +242,6 @@ static void event_slope(const struct event_step *step, const double complex from
     out[EVENT_TERMS - 1] = 0;
 }
 
-/* adds the energy of a joint's spring */
 static void event_spring(const struct event_step *step, int k, double potential[EVENT_TERMS]) {
     double stiffness = event_get(step, PEND_TERM_STIFFNESS, k), own[EVENT_TERMS], base[EVENT_TERMS];
     double complex bent[EVENT_TERMS];

@@ -150,7 +150,6 @@ static enum pend_status events_check(const struct pend_events_problem *problem,
     return pend_event_search_check(problem->count, problem->event, problem->tree->n, error);
 }
 
-/* creates the search in one block, except its stepper */
 static struct pend_events *events_allocate(const struct pend_events_problem *problem) {
     size_t bytes = pend_event_search_bytes(problem->count, problem->event, problem->tree,
                                            &problem->loads),

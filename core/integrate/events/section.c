@@ -11,7 +11,6 @@
 
 enum { SECTION_LOOKS = 32, SECTION_QUEUE = 4 * SECTION_LOOKS, SECTION_HALVINGS = 200 };
 
-/* The section's arm at one instant of a step. */
 struct section_look {
     double time, phi, rate; /* for a small swing, phi is the angle from the vertical */
 };
@@ -36,7 +35,6 @@ struct pend_section {
                                                   * turns, and these turns */
 };
 
-/* checks the invariants between two calls */
 PEND_VALIDATOR section_valid(const struct pend_section *s) {
     return s->next >= 0 && s->next <= s->queued && s->queued <= SECTION_QUEUE && s->reached >= 0 &&
            s->n == s->problem.tree->n && s->problem.duration > 0;
@@ -176,7 +174,6 @@ static enum pend_status section_step(struct pend_section *section, struct pend_e
     return PEND_OK;
 }
 
-/* copies the passage and the state at its instant */
 static void section_give(struct pend_section *section, const struct pend_passage *passage,
                          double phi[], double rate[]) {
     const struct pend_points points = {.phi = phi, .rate = rate};
@@ -185,7 +182,6 @@ static void section_give(struct pend_section *section, const struct pend_passage
         phi[k] = pend_turns_add(phi[k], section->turns[k], section->turns_low[k]);
 }
 
-/* pend_section_next for a stroboscopic section */
 static enum pend_status section_flash(struct pend_section *section, long steps,
                                       enum pend_found *found, struct pend_passage *passage,
                                       double phi[], double rate[], struct pend_error *error) {

@@ -231,7 +231,6 @@ static void ode23_weigh(const struct ode23 *o, double t, double weight[4]) {
     }
 }
 
-/* component i of the state inside the step */
 static double ode23_inside(const struct ode23 *o, const double weight[4], int i) {
     return o->y[i] + (weight[0] * o->f[0][i] + weight[1] * o->f[1][i] + weight[2] * o->f[2][i] +
                       weight[3] * o->f[3][i]);

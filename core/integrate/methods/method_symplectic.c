@@ -96,7 +96,6 @@ static double symplectic_round(double step) {
     return ldexp(floor(ldexp(part, 24)), exponent - 24);
 }
 
-/* sets a step's length, signed */
 static void symplectic_take(struct symplectic *s, double length) {
     s->length = length;
     s->system.length = fabs(length);

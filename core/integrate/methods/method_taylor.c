@@ -223,7 +223,6 @@ static void taylor_hold(const struct taylor *taylor) {
     }
 }
 
-/* computes the end of the step, and the work and heat up to it */
 static void taylor_arrive(struct taylor *taylor) {
     if (taylor->gives) taylor_power(taylor);
     pend_jets_advance(&taylor->jets, taylor->order, (taylor->reached - taylor->time) / taylor->unit,

@@ -82,7 +82,6 @@ static void balance_move(const struct pend_tree *tree, const struct pend_loads *
     }
 }
 
-/* the drag of the air on a tip */
 static double complex balance_air(const struct pend_tree *tree, const struct pend_loads *loads,
                                   const struct pend_moving *s, const struct balance_arm *own,
                                   int k) {
@@ -136,7 +135,6 @@ static double balance_given(const struct pend_tree *tree, const struct pend_load
                         : sum;
 }
 
-/* writes the forces in the frame of arm k */
 static void balance_put(const struct balance_arm *own, int cart, int k,
                         const struct bodies_forces *forces) {
     double complex joint = conj(own->turn) * own->force,

@@ -23,7 +23,6 @@ size_t pend_control_numbers(const struct pend_rules *rules, int n) {
     return count;
 }
 
-/* index at which the state of controller i begins */
 static size_t control_place(const struct pend_rules *rules, int n, int i) {
     size_t at = 0;
     for (int j = 0; j < i; j++) at += control_width(&rules->controller[j], n);
@@ -69,7 +68,6 @@ struct control_view {
     double *first, *scratch; /* state of the first controller; scratch of 6 n numbers */
 };
 
-/* number i of a schedule at the present time */
 static double schedule_at(const struct pend_rules *rules, const struct pend_schedule *s, double now,
                           int i) {
     const double *t = rules->number + s->t, *value = rules->number + s->value + i;
@@ -87,7 +85,6 @@ static double schedule_at(const struct pend_rules *rules, const struct pend_sche
 
 static int view_cart(const struct control_view *v) { return pend_terms_cart(v->loads->terms); }
 
-/* component i of the state */
 static double view_state(const struct control_view *v, int i) {
     int n = v->tree->n;
     if (i >= n) return v->rate[i - n];
@@ -162,7 +159,6 @@ static double law_swing_up(const struct control_view *v, const struct pend_law *
     return -gains[0] * missing * momentum - gains[1] * v->phi[0] - gains[2] * v->rate[0];
 }
 
-/* switches to the next law if the state is near its reference */
 static void law_hand_over(const struct control_view *v, const struct pend_law *law, double own[],
                           double turns[]) {
     const struct pend_law *next = v->rules->law + law->next;
@@ -187,7 +183,6 @@ int pend_control_near(const struct pend_tree *tree, const struct pend_loads *loa
     return 1;
 }
 
-/* the output of a controller's law, limited to its range */
 static double control_compute(const struct control_view *v, const struct pend_controller *c,
                               double own[]) {
     double *turns = own + WAITS + c->delay;

@@ -12,10 +12,8 @@ enum { EVENT_NODES = PEND_JOINT_NODES, EVENT_POLISH = 6 };
 
 /* a first coefficient smaller than this fraction of the following ones counts as rounding */
 static const double event_rounded = 1e-9;
-/* relative rounding error of a torque */
 static const double event_slack = 1e-13;
 
-/* a step, while it is searched */
 struct event_look {
     struct pend_joints *joints;
     const struct pend_joint_step *step;
@@ -93,12 +91,10 @@ static void event_note(struct event_look *look, double s, enum event_kind kind, 
     if (kind == EVENT_FORCED) j->forced[k] = (signed char)way;
 }
 
-/* the marks of a joint when the piece began */
 struct event_marks {
     int forced, struck;
 };
 
-/* finds where a sliding joint comes to rest */
 static void event_stops(struct event_look *look, int k, const struct event_marks *had) {
     const struct pend_joints *j = look->joints;
     struct roots_path path;
@@ -109,7 +105,6 @@ static void event_stops(struct event_look *look, int k, const struct event_marks
     event_note(look, event_root(&path), EVENT_STOPPED, k, 0);
 }
 
-/* finds where a joint reaches a stop */
 static void event_hits(struct event_look *look, int k, const struct event_marks *had) {
     const struct pend_joints *j = look->joints;
     const double *rate = look->step->room, *phi = rate + j->n;
@@ -128,7 +123,6 @@ static void event_hits(struct event_look *look, int k, const struct event_marks 
 
 /* ---- torques */
 
-/* the torques of all joints at a fraction of the step */
 static const double *event_torques(const struct event_look *look, double s) {
     const struct pend_joints *j = look->joints;
     const struct pend_joint_step *step = look->step;

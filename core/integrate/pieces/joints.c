@@ -37,7 +37,6 @@ static double joints_holding(const struct pend_joints *j, int k) {
 
 static size_t joints_padded(size_t bytes) { return (bytes + 63) / 64 * 64; }
 
-/* lays out the arrays; returns their bytes */
 static size_t joints_lay(struct pend_joints *j, const struct pend_tree *tree,
                          const struct pend_terms *terms, char *base) {
     size_t n = (size_t)tree->n, used = 0;

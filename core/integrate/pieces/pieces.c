@@ -67,7 +67,6 @@ static struct pend_start pieces_seat(const struct pieces *p, double *to) {
     return (struct pend_start){p->begun, to, to + n, to + 2 * n, to + 3 * n};
 }
 
-/* opens a stepper for the piece */
 static enum pend_status pieces_enter(struct pieces *p, struct pend_error *error) {
     struct pend_problem problem = p->problem;
     if (p->joints) PEND_TRY(pend_joints_contract(p->joints, p->low[0], &p->stuck));
@@ -117,7 +116,6 @@ static void pieces_arrive(struct pieces *p) {
     }
 }
 
-/* starts a new piece at the end of the last step */
 static enum pend_status pieces_begin(struct pieces *p, struct pend_error *error) {
     double now = p->piece.start + p->reached;
     pieces_arrive(p);
@@ -148,7 +146,6 @@ static enum pend_status pieces_begin(struct pieces *p, struct pend_error *error)
 
 static size_t pieces_padded(size_t bytes) { return (bytes + 63) / 64 * 64; }
 
-/* lays out all arrays; returns their bytes */
 static size_t pieces_lay(struct pieces *p, const struct pend_problem *problem, char *base) {
     const struct pend_terms *terms = problem->loads.terms;
     size_t n = (size_t)problem->tree->n, used = pieces_padded(sizeof *p);

@@ -84,7 +84,6 @@ static int stuck_waves(const struct pend_stuck *s, const struct pend_terms *term
     return count;
 }
 
-/* lays out the list of terms of the contracted pendulum */
 static enum pend_status stuck_lay(struct pend_stuck *s, const struct pend_terms *terms, int left,
                                   const int place[]) {
     unsigned char rows[PEND_TERM_ROWS], ones[PEND_TERM_ONES];
@@ -155,7 +154,6 @@ static void stuck_arm(struct pend_stuck *s, const struct pend_tree *tree,
     s->terms->hung[c] = 1;
 }
 
-/* computes the values of the contracted pendulum */
 static void stuck_fill(struct pend_stuck *s, const struct pend_tree *tree,
                        const struct pend_loads *loads, double complex base[],
                        struct stuck_heap heap[]) {

@@ -20,7 +20,6 @@ enum {
     HORIZON_ROWS = 2 + HORIZON_STATES
 };
 
-/* constants of horizon_least */
 static const double HORIZON_SPREAD = 0.1, HORIZON_REGULAR = 150, HORIZON_LONG = 0.1;
 static const double HORIZON_ROUNDING = 2 * 0x1p-53; /* rounding error of a step, relative to its
                                                      * increments */
@@ -52,7 +51,6 @@ struct pend_horizon {
     struct pend_neighbour near;
 };
 
-/* checks the estimate between two calls */
 PEND_VALIDATOR horizon_valid(const struct pend_horizon *horizon) {
     return (horizon->lost == 0 || horizon->lost == 1) && horizon->grade > 0;
 }

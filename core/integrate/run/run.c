@@ -39,7 +39,6 @@ static void *run_take(char *base, size_t *used, size_t bytes) {
     return part;
 }
 
-/* lays out the arrays of a run in its block; returns their bytes */
 static size_t run_place(struct pend_run *run, char *base, int group, double *start[4]) {
     const struct pend_problem *problem = &run->problem;
     int n = problem->tree->n;
@@ -286,7 +285,6 @@ static enum pend_status run_step(struct pend_run *run, double *spent, struct pen
 
 /* ---- samples */
 
-/* lists the instants from the next one on */
 static void run_list(struct pend_run *run) {
     const struct pend_times *times = &run->problem.times;
     long left = times->count - run->next;

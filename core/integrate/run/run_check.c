@@ -79,7 +79,6 @@ enum pend_status pend_run_check_tree(const struct pend_tree *tree, struct pend_e
     return PEND_OK;
 }
 
-/* checks that the method supports the terms of a real pendulum */
 static enum pend_status run_check_terms(const struct pend_method *method,
                                         const struct pend_loads *loads, struct pend_error *error) {
     if (!loads->terms) return PEND_OK;

@@ -30,7 +30,6 @@ static struct pend_points run_room(const struct pend_run *run, const struct pend
     return room;
 }
 
-/* true if the start is a small swing about hanging */
 static int run_swings(const struct pend_run *run) {
     const struct pend_problem *problem = &run->problem;
     double largest = 0;
@@ -39,7 +38,6 @@ static int run_swings(const struct pend_run *run) {
     return largest <= PEND_TURNS_SMALL;
 }
 
-/* fills in the initial states, and theta if requested */
 static void run_start_states(const struct pend_problem *problem, const struct pend_points *points) {
     size_t n = (size_t)problem->tree->n;
     memcpy(points->phi, problem->phi, n * sizeof(double));
@@ -137,7 +135,6 @@ static void run_put(const struct pend_run *run, const double rows[], int count, 
         for (size_t k = n - arms; k < n; k++) out[order[k] - (order[k] > cart)] = rows[k];
 }
 
-/* computes positions, velocities and energies of one row, if requested */
 static void run_derive(struct pend_run *run, double time, const double phi[], const double rate[],
                        struct pend_samples *samples, long at) {
     const struct pend_problem *problem = &run->problem;
@@ -188,7 +185,6 @@ static void run_joints(struct pend_run *run, const struct pend_points *points, i
     }
 }
 
-/* fills in work and heat at the due instants */
 static void run_exchange(const struct pend_run *run, int due, struct pend_samples *samples) {
     const double *t = run->relative + (run->next - run->listed_from);
     for (int i = 0; i < due; i++) {
@@ -245,7 +241,6 @@ static void run_return(const struct pend_run *run, double phi[], int count) {
                 pend_turns_add(phi[tree->order[k]], run->turns[k], run->turns_low[k]);
 }
 
-/* fills in the outputs of the controllers at the due instants */
 static void run_control(const struct pend_run *run, int due, struct pend_samples *samples) {
     const struct pend_problem *problem = &run->problem;
     const double *own = pend_pieces_control(run->method, run->stepper);
@@ -255,7 +250,6 @@ static void run_control(const struct pend_run *run, int due, struct pend_samples
             pend_control_output(problem->loads.terms->rules, problem->tree->n, j % count, own);
 }
 
-/* computes all requested quantities from the states at the due instants */
 static void run_all_derive(struct pend_run *run, const struct pend_points *points, int due,
                            struct pend_samples *samples) {
     size_t n = (size_t)run->problem.tree->n;
