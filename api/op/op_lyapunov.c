@@ -86,13 +86,34 @@ static void lyapunov_read_count(struct lyapunov *lyapunov, const struct api_valu
     lyapunov->count = (int)(wanted > 0 ? wanted : 1);
 }
 
-static enum pend_status lyapunov_read_parts(struct lyapunov *lyapunov,
+static enum pend_status lyapunov_check_size(struct lyapunov *lyapunov,
                                             const struct api_reading *reading) {
+    double bytes = 8.0 * 6 * api_tree_stored(&lyapunov->tree) * (lyapunov->count + 1);
+    api_table_add(&lyapunov->table, "t", NULL, 0);
+    api_table_add(&lyapunov->table, "exponents", NULL, lyapunov->count);
+    api_table_add(&lyapunov->table, "error", NULL, lyapunov->count);
+    if (bytes > reading->limits->answer_bytes)
+        api_value_fault(API_MEMBER(reading->root, "count"), reading->problem,
+                        API_CODE_LIMIT
+                        "asks for %d directions in %d dimensions, %.0f bytes, more than the limit "
+                        "max-answer-bytes of %.0f: ask for fewer",
+                        lyapunov->count, 2 * api_tree_stored(&lyapunov->tree), bytes,
+                        reading->limits->answer_bytes);
+    api_reading_check_size(reading, &lyapunov->table, reading->root, "samples",
+                           "fewer samples or exponents");
+    return reading->problem->status ? PEND_INVALID : PEND_OK;
+}
+
+static enum pend_status lyapunov_read(void *state, const struct api_reading *reading) {
+    struct lyapunov *lyapunov = state;
     const struct api_value *root = reading->root;
     struct api_problem *problem = reading->problem;
     struct api_value duration = api_value_member(root, "duration"),
                      start = api_field_renamed(root, "time", "start", problem);
     long rounded = 0, rows = SAMPLES_USUAL;
+    lyapunov->format = reading->format;
+    lyapunov->step_cap = reading->limits->steps;
+    lyapunov->step_name = api_limits_name(reading->limits, &reading->limits->steps);
     (void)api_value_only(root, fields, problem);
     enum pend_status status = api_reading_tree(reading, &lyapunov->tree);
     if (status == PEND_NO_MEMORY) return status;
@@ -114,34 +135,7 @@ static enum pend_status lyapunov_read_parts(struct lyapunov *lyapunov,
     (void)api_field_whole(API_MEMBER(root, "digits"), 1, 17, &rounded, problem);
     lyapunov->table.digits = (int)rounded;
     lyapunov->table.rows = rows;
-    return problem->status ? PEND_INVALID : PEND_OK;
-}
-
-static enum pend_status lyapunov_check_size(struct lyapunov *lyapunov,
-                                            const struct api_reading *reading) {
-    double bytes = 8.0 * 6 * api_tree_stored(&lyapunov->tree) * (lyapunov->count + 1);
-    api_table_add(&lyapunov->table, "t", NULL, 0);
-    api_table_add(&lyapunov->table, "exponents", NULL, lyapunov->count);
-    api_table_add(&lyapunov->table, "error", NULL, lyapunov->count);
-    if (bytes > reading->limits->answer_bytes)
-        api_value_fault(API_MEMBER(reading->root, "count"), reading->problem,
-                        API_CODE_LIMIT
-                        "asks for %d directions in %d dimensions, %.0f bytes, more than the limit "
-                        "max-answer-bytes of %.0f: ask for fewer",
-                        lyapunov->count, 2 * api_tree_stored(&lyapunov->tree), bytes,
-                        reading->limits->answer_bytes);
-    api_reading_check_size(reading, &lyapunov->table, reading->root, "samples",
-                           "fewer samples or exponents");
-    return reading->problem->status ? PEND_INVALID : PEND_OK;
-}
-
-static enum pend_status lyapunov_read(void *state, const struct api_reading *reading) {
-    struct lyapunov *lyapunov = state;
-    lyapunov->format = reading->format;
-    lyapunov->step_cap = reading->limits->steps;
-    lyapunov->step_name = api_limits_name(reading->limits, &reading->limits->steps);
-    enum pend_status status = lyapunov_read_parts(lyapunov, reading);
-    return status == PEND_OK ? lyapunov_check_size(lyapunov, reading) : status;
+    return problem->status ? PEND_INVALID : lyapunov_check_size(lyapunov, reading);
 }
 
 /* --- running --- */

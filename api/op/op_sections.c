@@ -188,31 +188,6 @@ static void sections_read_time(struct sections *sections, const struct api_value
                         span, periods_most);
 }
 
-static enum pend_status sections_read_parts(struct sections *sections,
-                                            const struct api_reading *reading) {
-    const struct api_value *root = reading->root;
-    struct api_problem *problem = reading->problem;
-    double most = reading->limits->samples;
-    long rounded = 0, rows = most < COUNT_USUAL ? (long)most : COUNT_USUAL;
-    (void)api_value_only(root, fields, problem);
-    enum pend_status status = api_reading_tree(reading, &sections->tree);
-    if (status == PEND_NO_MEMORY) return status;
-    if (status == PEND_OK)
-        PEND_TRY(api_states_new(&sections->start, 1, api_tree_stored(&sections->tree)));
-    api_states_read(sections->start, 0, API_MEMBER(root, "initial"), &sections->tree,
-                    reading->limits, problem);
-    sections_read_section(sections, API_MEMBER(root, "section"), problem);
-    sections_read_time(sections, root, problem);
-    (void)api_field_whole(API_MEMBER(root, "count"), 1, (long)most, &rows, problem);
-    (void)api_value_read_number(API_MEMBER(root, "rtol"), 1e-16, 0.1, "", &sections->rtol, problem);
-    sections->accuracy = api_accuracy_read(root, problem);
-    (void)api_field_whole(API_MEMBER(root, "digits"), 1, 17, &rounded, problem);
-    sections->table.digits = (int)rounded;
-    sections->table.rows = rows;
-    sections->table.rows_later = 1;
-    return problem->status ? PEND_INVALID : PEND_OK;
-}
-
 static enum pend_status sections_check_size(struct sections *sections,
                                             const struct api_reading *reading) {
     struct api_table *table = &sections->table;
@@ -236,11 +211,30 @@ static enum pend_status sections_check_size(struct sections *sections,
 
 static enum pend_status sections_read(void *state, const struct api_reading *reading) {
     struct sections *sections = state;
+    const struct api_value *root = reading->root;
+    struct api_problem *problem = reading->problem;
+    double most = reading->limits->samples;
+    long rounded = 0, rows = most < COUNT_USUAL ? (long)most : COUNT_USUAL;
     sections->format = reading->format;
     sections->step_cap = reading->limits->steps;
     sections->step_name = api_limits_name(reading->limits, &reading->limits->steps);
-    enum pend_status status = sections_read_parts(sections, reading);
-    return status == PEND_OK ? sections_check_size(sections, reading) : status;
+    (void)api_value_only(root, fields, problem);
+    enum pend_status status = api_reading_tree(reading, &sections->tree);
+    if (status == PEND_NO_MEMORY) return status;
+    if (status == PEND_OK)
+        PEND_TRY(api_states_new(&sections->start, 1, api_tree_stored(&sections->tree)));
+    api_states_read(sections->start, 0, API_MEMBER(root, "initial"), &sections->tree,
+                    reading->limits, problem);
+    sections_read_section(sections, API_MEMBER(root, "section"), problem);
+    sections_read_time(sections, root, problem);
+    (void)api_field_whole(API_MEMBER(root, "count"), 1, (long)most, &rows, problem);
+    (void)api_value_read_number(API_MEMBER(root, "rtol"), 1e-16, 0.1, "", &sections->rtol, problem);
+    sections->accuracy = api_accuracy_read(root, problem);
+    (void)api_field_whole(API_MEMBER(root, "digits"), 1, 17, &rounded, problem);
+    sections->table.digits = (int)rounded;
+    sections->table.rows = rows;
+    sections->table.rows_later = 1;
+    return problem->status ? PEND_INVALID : sections_check_size(sections, reading);
 }
 
 /* --- running --- */
@@ -338,15 +332,6 @@ static void sections_tell_horizon(struct sections *sections) {
     api_stats_warning(&sections->stats, "warning_horizon", sections->warning);
 }
 
-static void sections_tell(struct sections *sections, const struct api_turn *turn) {
-    struct api_stats *stats = &sections->stats;
-    api_stats_whole(stats, "steps", pend_section_steps(sections->section));
-    api_stats_whole(stats, "passages", sections->count);
-    api_stats_number(stats, "until", sections->until);
-    sections_tell_horizon(sections);
-    api_turn_tell(turn, 0, stats);
-}
-
 static enum pend_status sections_run(void *state, const struct api_turn *turn, int *done,
                                      struct pend_error *error) {
     struct sections *sections = state;
@@ -356,7 +341,13 @@ static enum pend_status sections_run(void *state, const struct api_turn *turn, i
             PEND_TRY(sections_search(sections, turn->out, error));
             continue;
         }
-        if (!sections->stats.count) sections_tell(sections, turn);
+        if (!sections->stats.count) {
+            api_stats_whole(&sections->stats, "steps", pend_section_steps(sections->section));
+            api_stats_whole(&sections->stats, "passages", sections->count);
+            api_stats_number(&sections->stats, "until", sections->until);
+            sections_tell_horizon(sections);
+            api_turn_tell(turn, 0, &sections->stats);
+        }
         PEND_TRY(api_writer_finish(sections->writer, &sections->stats, turn->out, done));
     } while (!*done && !api_turn_over(turn));
     return PEND_OK;

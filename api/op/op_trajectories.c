@@ -119,12 +119,31 @@ static enum pend_status trajectory_read_derived(struct trajectory *trajectory,
     return PEND_OK;
 }
 
-static enum pend_status trajectory_read_parts(struct trajectory *trajectory,
+/* adds an error for an answer that would be too large, judging by its rows and columns */
+static enum pend_status trajectory_check_size(struct trajectory *trajectory,
                                               const struct api_reading *reading) {
+    struct api_table *table = &trajectory->table;
+    table->rows = trajectory->times.times.count;
+    api_outputs_columns(&trajectory->outputs, trajectory->tree.n, table);
+    api_events_columns(&trajectory->events, table);
+    if (trajectory->derived.count)
+        api_outputs_derived(&trajectory->outputs, API_MEMBER(reading->root, "derivatives"),
+                            &trajectory->derived, table, reading->problem);
+    api_reading_check_size(reading, table, API_MEMBER(reading->root, "times"), "rows",
+                           "fewer instants or outputs");
+    return reading->problem->status ? PEND_INVALID : PEND_OK;
+}
+
+static enum pend_status trajectory_read(void *state, const struct api_reading *reading) {
+    struct trajectory *trajectory = state;
     const struct api_value *root = reading->root;
     struct api_problem *problem = reading->problem;
     struct api_value initial = api_value_member(root, "initial");
     struct api_value output = api_value_member(root, "output");
+    trajectory->format = reading->format;
+    trajectory->step_cap = (long)reading->limits->steps;
+    trajectory->step_name = api_limits_name(reading->limits, &reading->limits->steps);
+    trajectory->until = 1;
     (void)api_value_only(root, fields, problem);
     enum pend_status status = api_reading_tree(reading, &trajectory->tree);
     if (status == PEND_NO_MEMORY) return status;
@@ -147,32 +166,7 @@ static enum pend_status trajectory_read_parts(struct trajectory *trajectory,
     api_outputs_control(&trajectory->outputs, &trajectory->tree, &output, problem);
     api_events_read(&trajectory->events, reading, &trajectory->tree, trajectory->start,
                     &trajectory->method, &trajectory->times.times);
-    return problem->status ? PEND_INVALID : PEND_OK;
-}
-
-/* adds an error for an answer that would be too large, judging by its rows and columns */
-static enum pend_status trajectory_check_size(struct trajectory *trajectory,
-                                              const struct api_reading *reading) {
-    struct api_table *table = &trajectory->table;
-    table->rows = trajectory->times.times.count;
-    api_outputs_columns(&trajectory->outputs, trajectory->tree.n, table);
-    api_events_columns(&trajectory->events, table);
-    if (trajectory->derived.count)
-        api_outputs_derived(&trajectory->outputs, API_MEMBER(reading->root, "derivatives"),
-                            &trajectory->derived, table, reading->problem);
-    api_reading_check_size(reading, table, API_MEMBER(reading->root, "times"), "rows",
-                           "fewer instants or outputs");
-    return reading->problem->status ? PEND_INVALID : PEND_OK;
-}
-
-static enum pend_status trajectory_read(void *state, const struct api_reading *reading) {
-    struct trajectory *trajectory = state;
-    trajectory->format = reading->format;
-    trajectory->step_cap = (long)reading->limits->steps;
-    trajectory->step_name = api_limits_name(reading->limits, &reading->limits->steps);
-    trajectory->until = 1;
-    enum pend_status status = trajectory_read_parts(trajectory, reading);
-    return status == PEND_OK ? trajectory_check_size(trajectory, reading) : status;
+    return problem->status ? PEND_INVALID : trajectory_check_size(trajectory, reading);
 }
 
 static enum pend_status trajectory_begin(struct trajectory *trajectory, struct pend_error *error) {

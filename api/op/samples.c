@@ -87,14 +87,6 @@ static void output_add(struct api_outputs *outputs, const struct api_value *item
     outputs->output[outputs->count++] = output;
 }
 
-static int outputs_usual(const struct api_outputs *outputs) {
-    int i = 0;
-    while (i < outputs->count && output_start[i] &&
-           !strcmp(output_table[outputs->output[i]].name, output_start[i]))
-        i++;
-    return i == outputs->count && !output_start[i];
-}
-
 void api_outputs_read(struct api_outputs *outputs, const struct api_value *value,
                       struct api_problem *problem) {
     *outputs = (struct api_outputs){0};
@@ -110,7 +102,11 @@ void api_outputs_read(struct api_outputs *outputs, const struct api_value *value
                         "must be an array of at least one name, such as [\"phi\"]");
     for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item))
         output_add(outputs, &item, problem);
-    if (outputs_usual(outputs)) api_value_usual(value);
+    int i = 0;
+    while (i < outputs->count && output_start[i] &&
+           !strcmp(output_table[outputs->output[i]].name, output_start[i]))
+        i++;
+    if (i == outputs->count && !output_start[i]) api_value_usual(value);
 }
 
 int api_outputs_cart(const struct api_outputs *outputs) {

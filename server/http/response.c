@@ -163,16 +163,6 @@ static int response_fields(struct MHD_Response *response, const struct srv_excha
 
 /* --- bodies --- */
 
-/* Adds the trailers with values computed while the body was sent. If memory is short, fields are
- * omitted; the body is complete all the same. */
-static void response_trail(struct srv_response_stream *stream) {
-    struct api_stats_headers stat_fields;
-    srv_inflight_stat_fields(stream->exchange, &stat_fields);
-    for (int i = 0; i < stat_fields.count; i++)
-        (void)MHD_add_response_footer(stream->response, stat_fields.field[i].name,
-                                      stat_fields.field[i].value);
-}
-
 /* Copies bytes of a stream for libmicrohttpd. */
 static ssize_t response_read(void *context, uint64_t position, char *to, size_t cap) {
     struct srv_response_stream *stream = context;
@@ -180,7 +170,12 @@ static ssize_t response_read(void *context, uint64_t position, char *to, size_t 
                      ? srv_events_read(stream->exchange, to, cap, stream->pause)
                      : srv_inflight_read(stream->exchange, to, cap, stream->pause);
     if (count == SRV_INFLIGHT_END) {
-        if (stream->exchange->trails) response_trail(stream);
+        /* if memory is short, trailers are omitted; the body is complete all the same */
+        struct api_stats_headers told = {.count = 0};
+        if (stream->exchange->trails) srv_inflight_stat_fields(stream->exchange, &told);
+        for (int i = 0; i < told.count; i++)
+            (void)MHD_add_response_footer(stream->response, told.field[i].name,
+                                          told.field[i].value);
         return MHD_CONTENT_READER_END_OF_STREAM;
     }
     stream->broken = count == SRV_INFLIGHT_BROKEN;
