@@ -20,8 +20,7 @@ static enum pend_status canonical_array(const struct api_value *array, struct ap
     const double *number = api_value_numbers(array, &count);
     if (number) return api_out_numbers(out, NULL, count, number, 0);
     PEND_TRY(api_buffer_text(out, "["));
-    struct api_value item = api_value_first(array);
-    for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item)) {
+    API_VALUE_EACH (item, api_value_first(array)) {
         PEND_TRY(api_out_comma(out));
         PEND_TRY(api_canonical_write(&item, out));
     }

@@ -76,17 +76,13 @@ static void digest_array(struct digest *digest, const struct api_value *value) {
         return;
     }
     digest_kind(digest, 'a', (uint64_t)api_value_count(value));
-    struct api_value item = api_value_first(value);
-    for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item))
-        digest_value(digest, &item);
+    API_VALUE_EACH (item, api_value_first(value)) digest_value(digest, &item);
 }
 
 static void digest_object(struct digest *digest, const struct api_value *value) {
     const char *last = NULL;
     uint64_t members = 0; // that do not repeat a default
-    struct api_value one = api_value_first(value);
-    for (; api_value_kind(&one) != API_MISSING; one = api_value_next(&one))
-        members += !api_value_is_usual(&one);
+    API_VALUE_EACH (one, api_value_first(value)) members += !api_value_is_usual(&one);
     digest_kind(digest, 'o', members);
     for (;;) {
         struct api_value member = api_value_behind(value, last, 1);

@@ -261,8 +261,7 @@ static enum pend_status form_with(const struct form *form, const struct api_valu
         return PEND_INVALID;
     }
     PEND_TRY(api_buffer_text(out, "{"));
-    struct api_value member = api_value_first(object);
-    for (; api_value_kind(&member) != API_MISSING; member = api_value_next(&member)) {
+    API_VALUE_EACH (member, api_value_first(object)) {
         PEND_TRY(api_out_key(out, member.key));
         PEND_TRY(api_canonical_write(&member, out));
     }
@@ -310,8 +309,7 @@ static enum pend_status form_data(const struct form *form, const struct api_valu
     }
     if (!several) return form_with(form, data, 0, out);
     PEND_TRY(api_buffer_text(out, "{"));
-    struct api_value member = api_value_first(data);
-    for (; api_value_kind(&member) != API_MISSING; member = api_value_next(&member)) {
+    API_VALUE_EACH (member, api_value_first(data)) {
         PEND_TRY(api_out_key(out, member.key));
         PEND_TRY(strcmp(member.key, "runs") ? api_canonical_write(&member, out)
                                             : form_runs(form, &member, out));

@@ -127,9 +127,7 @@ static void class_choices(const struct api_value *choices, struct api_problem *p
                         API_CLASS_CHOICES);
         return;
     }
-    struct api_value item = api_value_first(choices);
-    for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item))
-        class_text(&item, 1, CLASS_LINE, 1, problem);
+    API_VALUE_EACH (item, api_value_first(choices)) class_text(&item, 1, CLASS_LINE, 1, problem);
 }
 
 /* reads the kind of answer that a question requires; returns its flag */
@@ -345,9 +343,7 @@ static void class_worksheet(const struct api_value *root, struct class_reading *
                         API_CLASS_STEPS);
         return;
     }
-    struct api_value step = api_value_first(&steps);
-    for (; api_value_kind(&step) != API_MISSING; step = api_value_next(&step))
-        class_step(&steps, &step, reading);
+    API_VALUE_EACH (step, api_value_first(&steps)) class_step(&steps, &step, reading);
 }
 
 static void class_tries(const struct api_value *tries, struct api_problem *problem) {
@@ -358,9 +354,7 @@ static void class_tries(const struct api_value *tries, struct api_problem *probl
                         CLASS_TRIES);
         return;
     }
-    struct api_value item = api_value_first(tries);
-    for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item))
-        (void)class_value(&item, problem);
+    API_VALUE_EACH (item, api_value_first(tries)) (void)class_value(&item, problem);
 }
 
 static void class_handin(const struct api_value *root, struct class_reading *reading) {
@@ -378,8 +372,7 @@ static void class_handin(const struct api_value *root, struct class_reading *rea
                         API_CLASS_STEPS);
         return;
     }
-    struct api_value answer = api_value_first(&answers);
-    for (; api_value_kind(&answer) != API_MISSING; answer = api_value_next(&answer)) {
+    API_VALUE_EACH (answer, api_value_first(&answers)) {
         if (!api_field_object(&answer, problem)) continue;
         (void)api_value_only(&answer, parts, problem);
         (void)class_id(API_MEMBER(&answer, "step"), 1, problem);

@@ -354,8 +354,7 @@ int api_value_only(const struct api_value *object, const char *const allowed[],
     const char *told[API_NAME_PLACES + 1] = {0};
     int faults = 0, count = 0;
     if (api_value_kind(object) != API_OBJECT) return 0;
-    struct api_value member = api_value_first(object);
-    for (; api_value_kind(&member) != API_MISSING; member = api_value_next(&member)) {
+    API_VALUE_EACH (member, api_value_first(object)) {
         if (name_allowed(member.key, allowed)) continue;
         const char *place = api_name_place(member.key, allowed);
         faults++;

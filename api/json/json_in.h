@@ -69,6 +69,11 @@ struct api_value api_value_first(const struct api_value *value);
  * the last. */
 struct api_value api_value_next(const struct api_value *item);
 
+/* Visits the items or members from the first one on. */
+#define API_VALUE_EACH(item, first)                                                                \
+    for (struct api_value item = first; api_value_kind(&item) != API_MISSING;                      \
+         item = api_value_next(&item))
+
 /** Returns the doubles of an array whose items are all numbers (or of an empty array); NULL for
  * anything else. */
 const double *api_value_numbers(const struct api_value *array, int *count);

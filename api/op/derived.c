@@ -34,8 +34,7 @@ enum pend_status api_derived_read(struct api_derived *derived, const struct api_
     derived->parameter = calloc((size_t)count, sizeof *derived->parameter);
     if (!derived->parameter) return PEND_NO_MEMORY;
     derived->count = count;
-    struct api_value item = api_value_item(value, 0);
-    for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item)) {
+    API_VALUE_EACH (item, api_value_item(value, 0)) {
         struct api_target target;
         if (!api_field_object(&item, problem)) continue;
         (void)api_value_only(&item, fields, problem);

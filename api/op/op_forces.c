@@ -182,8 +182,7 @@ static enum pend_status forces_read_states(struct forces *forces,
             api_states_new(&forces->states, forces->table.rows, api_tree_stored(&forces->tree)));
     if (forces->table.single)
         api_states_read(forces->states, 0, &one, &forces->tree, reading->limits, problem);
-    struct api_value state = api_value_item(&many, 0);
-    for (; api_value_kind(&state) != API_MISSING; state = api_value_next(&state))
+    API_VALUE_EACH (state, api_value_item(&many, 0))
         api_states_read(forces->states, state.index, &state, &forces->tree, reading->limits,
                         problem);
     return problem->status ? PEND_INVALID : PEND_OK;

@@ -54,8 +54,7 @@ int api_field_object(const struct api_value *value, struct api_problem *problem)
 static int field_items(const struct api_value *value, int n, double out[],
                        struct api_problem *problem) {
     int good = 1;
-    struct api_value item = api_value_item(value, 0);
-    for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item)) {
+    API_VALUE_EACH (item, api_value_item(value, 0)) {
         if (api_value_kind(&item) != API_NUMBER)
             good = field_fault(&item, KIND, "a number", problem);
         else if (out && item.index < n)
@@ -184,8 +183,7 @@ unsigned api_field_words(const struct api_value *list, const char *const words[]
                         words[0]);
         return 0;
     }
-    struct api_value item = api_value_item(list, 0);
-    for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item)) {
+    API_VALUE_EACH (item, api_value_item(list, 0)) {
         int word = 0;
         if (api_field_word(&item, words, &word, problem) <= 0) continue;
         if (found >> word & 1) api_value_fault(&item, problem, API_CODE_DUPLICATE "is named twice");

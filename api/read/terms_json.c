@@ -123,9 +123,7 @@ static void read_harmonics(struct api_terms *terms, int drives, const struct api
                         api_value_count(&list), API_TERMS_HARMONICS);
         return;
     }
-    struct api_value item = api_value_first(&list);
-    for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item))
-        read_harmonic(terms, drives, &item);
+    API_VALUE_EACH (item, api_value_first(&list)) read_harmonic(terms, drives, &item);
 }
 
 /* the parts of a drive, which are added up */
@@ -232,8 +230,7 @@ void api_terms_clear(struct api_terms *terms) {
 
 void api_terms_read_arm(struct api_terms *terms, const struct api_value *arm) {
     assert(arm->index >= 0 && arm->index < terms->n);
-    struct api_value member = api_value_first(arm);
-    for (; api_value_kind(&member) != API_MISSING; member = api_value_next(&member))
+    API_VALUE_EACH (member, api_value_first(arm))
         for (int f = 0; f < API_TERMS_FIELDS; f++)
             if (!strcmp(member.key, field_names[f])) read_field(terms, f, arm->index, &member);
 }
@@ -263,9 +260,7 @@ static void read_list(struct api_terms *terms, int f, const struct api_value *li
         return;
     }
     if (f != API_TERMS_ROD && f != API_TERMS_AT) api_value_usual_zeros(list);
-    struct api_value item = api_value_first(list);
-    for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item))
-        read_field(terms, f, item.index, &item);
+    API_VALUE_EACH (item, api_value_first(list)) read_field(terms, f, item.index, &item);
 }
 
 void api_terms_read_lists(struct api_terms *terms, const struct api_value *pendulum,

@@ -216,8 +216,7 @@ static int read_rows(const struct tree_reading *reading, const struct api_value 
                      double path[]) {
     int n = reading->n, good = 1;
     if (api_value_kind(matrix) == API_NUMBER) return api_field_numbers(matrix, n, "", path, NULL);
-    struct api_value row = api_value_item(matrix, 0);
-    for (; api_value_kind(&row) != API_MISSING; row = api_value_next(&row))
+    API_VALUE_EACH (row, api_value_item(matrix, 0))
         good &= api_field_numbers(&row, n, "arm", path + (size_t)row.index * (size_t)n,
                                   reading->problem) > 0;
     return good;

@@ -209,8 +209,7 @@ static enum pend_status read_variations(struct api_members *members, const struc
     if (all < 0) return PEND_INVALID;
     members->variation = calloc((size_t)all, sizeof *members->variation);
     if (!members->variation) return PEND_NO_MEMORY;
-    struct api_value item = api_value_item(list, 0);
-    for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item)) {
+    API_VALUE_EACH (item, api_value_item(list, 0)) {
         int before = reading->problem->status;
         if (!api_field_object(&item, reading->problem)) continue;
         if (!draws) {
@@ -286,8 +285,7 @@ static enum pend_status begin_list(struct api_members *members, const struct api
 static enum pend_status read_states(struct api_members *members, const struct api_value *list,
                                     const struct reading *reading) {
     PEND_TRY(begin_list(members, list, "state", reading));
-    struct api_value state = api_value_item(list, 0);
-    for (; api_value_kind(&state) != API_MISSING; state = api_value_next(&state))
+    API_VALUE_EACH (state, api_value_item(list, 0))
         api_states_read(members->states, state.index, &state, reading->tree, reading->limits,
                         reading->problem);
     return PEND_OK;
@@ -328,8 +326,7 @@ static enum pend_status read_members(struct api_members *members, const struct a
     if (reading->problem->status) return PEND_INVALID;
     PEND_TRY(begin_list(members, list, "member", reading));
     PEND_TRY(api_sets_new(&members->sets, members->count));
-    struct api_value member = api_value_item(list, 0);
-    for (; api_value_kind(&member) != API_MISSING; member = api_value_next(&member))
+    API_VALUE_EACH (member, api_value_item(list, 0))
         PEND_TRY(read_member(members, &member, initial, reading));
     return PEND_OK;
 }

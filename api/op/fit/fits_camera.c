@@ -159,8 +159,7 @@ void api_fit_read_camera(struct api_fit *fit, const struct api_value *camera,
     }
     if (api_value_kind(&unknown) != API_MISSING && api_value_kind(&unknown) != API_ARRAY)
         api_value_fault(&unknown, problem, API_CODE_WRONG_TYPE "must be an array of names");
-    struct api_value item = api_value_item(&unknown, 0);
-    for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item)) {
+    API_VALUE_EACH (item, api_value_item(&unknown, 0)) {
         int which = 0;
         if (api_field_word(&item, names, &which, problem) <= 0) continue;
         if (taken[which]++) api_value_fault(&item, problem, API_CODE_DUPLICATE "occurs twice");

@@ -96,8 +96,7 @@ static int wanted_all(struct wanted *wanted, const struct pend_terms *had,
     int fresh = 0;
     for (int r = 0; had && r < PEND_TERM_ROWS; r++) wanted->row[r] = had->row[r] >= 0;
     for (int one = 0; had && one < PEND_TERM_ONES; one++) wanted->one[one] = had->one[one] >= 0;
-    struct api_value item = api_value_item(list, 0);
-    for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item)) {
+    API_VALUE_EACH (item, api_value_item(list, 0)) {
         struct api_value vary = api_value_member(&item, "vary");
         const char *name = api_value_text(&vary);
         if (name) fresh |= wanted_name(wanted, name);

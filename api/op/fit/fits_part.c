@@ -51,8 +51,7 @@ static void read_values(struct api_fit_part *run, int c, const struct api_value 
                         run->rows);
         return;
     }
-    struct api_value item = api_value_item(list, 0);
-    for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item)) {
+    API_VALUE_EACH (item, api_value_item(list, 0)) {
         enum api_kind kind = api_value_kind(&item);
         if (kind == API_NUMBER)
             to[item.index] = scale * api_value_number(&item) + shift;
@@ -77,8 +76,7 @@ static void read_sigma(struct api_fit_part *run, int c, const struct api_value *
                         run->rows);
         return;
     }
-    struct api_value item = api_value_item(sigma, 0);
-    for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item))
+    API_VALUE_EACH (item, api_value_item(sigma, 0))
         if (api_value_read_number(&item, least, most, "", &to[item.index], problem) > 0)
             to[item.index] *= scale;
     run->column[c].each = to;
@@ -218,9 +216,7 @@ static enum pend_status read_table(struct api_fit_part *run, const struct api_tr
     if (problem->status) return PEND_INVALID;
     PEND_TRY(api_fit_part_room(run, rows, columns, data, reading));
     memcpy(run->t, t, (size_t)rows * sizeof *t);
-    struct api_value item = api_value_item(&series, 0);
-    for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item))
-        read_series(run, tree, &item, problem);
+    API_VALUE_EACH (item, api_value_item(&series, 0)) read_series(run, tree, &item, problem);
     return PEND_OK;
 }
 

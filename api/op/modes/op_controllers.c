@@ -63,8 +63,7 @@ static int read_places(const struct controllers *c, const struct api_value *valu
     if (!api_field_object(value, problem)) return 0;
     (void)api_value_only(value, names, problem);
     struct api_value joints = api_value_member(value, arms), on = api_value_member(value, "cart");
-    struct api_value item = api_value_item(&joints, 0);
-    for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item)) {
+    API_VALUE_EACH (item, api_value_item(&joints, 0)) {
         int arm = api_tree_read_arm(&c->tree, &item, problem), known = 0;
         if (arm < 0) continue;
         for (int i = 0; i < count; i++) known |= list[i] == c->tree.tree->place[arm];
