@@ -298,7 +298,7 @@ static enum pend_status form_data(const struct form *form, const struct api_valu
                                   struct api_buffer *out) {
     struct api_value runs = api_value_member(data, "runs");
     int several = api_value_kind(&runs) != API_MISSING;
-    if (api_value_kind(data) != API_MISSING && !api_field_object(data, form->problem))
+    if (api_value_kind(data) != API_MISSING && !api_field_object(data, NULL, form->problem))
         return PEND_INVALID;
     if (!several && form->tables > 1) {
         api_value_fault(&runs, form->problem,
@@ -321,7 +321,7 @@ static enum pend_status form_data(const struct form *form, const struct api_valu
 static enum pend_status form_write(const struct form *form, const struct api_value *root,
                                    struct api_buffer *out) {
     struct api_value data = api_value_member(root, "data"), member = api_value_first(root);
-    if (!api_field_object(root, form->problem)) return PEND_INVALID;
+    if (!api_field_object(root, NULL, form->problem)) return PEND_INVALID;
     PEND_TRY(api_buffer_text(out, "{"));
     for (; api_value_kind(&member) != API_MISSING; member = api_value_next(&member)) {
         if (!strcmp(member.key, "data")) continue;

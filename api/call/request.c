@@ -112,7 +112,7 @@ enum pend_status api_request_read(const struct api_request *request,
         root = api_json_root(document);
         reading.root = &root;
         status = PEND_INVALID;
-        if (!api_field_object(&root, problem)) goto out;
+        if (!api_field_object(&root, NULL, problem)) goto out;
     }
     status = api_op_read(state, &reading);
     if (status == PEND_OK) api_digest(digest, parts, reading.root);

@@ -92,13 +92,13 @@ static void class_scene(const struct api_value *scene, struct class_reading *rea
     static const char *const fields[] = {"request", "view", NULL};
     struct api_problem *problem = reading->problem;
     if (api_value_kind(scene) == API_MISSING || api_value_kind(scene) == API_NULL) return;
-    if (!api_field_object(scene, problem)) return;
+    if (!api_field_object(scene, NULL, problem)) return;
     struct api_value view = api_value_member(scene, "view");
     (void)api_value_only(scene, fields, problem);
     enum pend_status status =
         api_scene_check_request(API_MEMBER(scene, "request"), reading->limits, problem);
     if (status == PEND_NO_MEMORY) reading->status = status;
-    if (api_value_kind(&view) != API_MISSING) (void)api_field_object(&view, problem);
+    if (api_value_kind(&view) != API_MISSING) (void)api_field_object(&view, NULL, problem);
 }
 
 /* reads the value of an answer; returns its flag, 0 if invalid */
@@ -184,8 +184,7 @@ static void class_follow(const struct api_value *follow, struct api_problem *pro
     static const char *const fields[] = {"drawer", "time", "playing", NULL};
     int playing = 0;
     double time;
-    if (api_value_kind(follow) == API_MISSING || !api_field_object(follow, problem)) return;
-    (void)api_value_only(follow, fields, problem);
+    if (api_value_kind(follow) == API_MISSING || !api_field_object(follow, fields, problem)) return;
     class_text(API_MEMBER(follow, "drawer"), 0, CLASS_UNIT, 1, problem);
     (void)api_value_read_number(API_MEMBER(follow, "time"), 0, 1e9, "s", &time, problem);
     (void)api_field_truth(API_MEMBER(follow, "playing"), &playing, problem);
@@ -211,7 +210,8 @@ static void class_stage(const struct api_value *root, struct class_reading *read
     reading->facts->shut = !opened;
     class_follow(API_MEMBER(root, "follow"), problem);
     (void)api_field_whole(API_MEMBER(root, "pace"), 1, API_CLASS_STEPS, &count, problem);
-    if (api_value_kind(&release) == API_MISSING || !api_field_object(&release, problem)) return;
+    if (api_value_kind(&release) == API_MISSING || !api_field_object(&release, NULL, problem))
+        return;
     static const char *const parts[] = {"number", "spread", NULL};
     struct api_value number = api_value_member(&release, "number");
     double rad;
@@ -272,7 +272,8 @@ static void class_step_question(const struct api_value *question, struct class_r
     static const char *const fields[] = {"text",  "kind",      "unit", "choices",
                                          "value", "tolerance", NULL};
     struct api_problem *problem = reading->problem;
-    if (api_value_kind(question) == API_MISSING || !api_field_object(question, problem)) return;
+    if (api_value_kind(question) == API_MISSING || !api_field_object(question, NULL, problem))
+        return;
     struct api_value value = api_value_member(question, "value");
     (void)api_value_only(question, fields, problem);
     class_text(API_MEMBER(question, "text"), 0, CLASS_TEXT, 0, problem);
@@ -304,7 +305,7 @@ static void class_step(const struct api_value *steps, const struct api_value *st
                                          "hint", "needs", "hidden_until", NULL},
                              *const needs[] = {"nothing", "answer", "right", NULL};
     struct api_problem *problem = reading->problem;
-    if (!api_field_object(step, problem)) return;
+    if (!api_field_object(step, NULL, problem)) return;
     struct api_value id = api_value_member(step, "id"),
                      question = api_value_member(step, "question"),
                      need = api_value_member(step, "needs"),
@@ -373,8 +374,7 @@ static void class_handin(const struct api_value *root, struct class_reading *rea
         return;
     }
     API_VALUE_EACH (answer, api_value_first(&answers)) {
-        if (!api_field_object(&answer, problem)) continue;
-        (void)api_value_only(&answer, parts, problem);
+        if (!api_field_object(&answer, parts, problem)) continue;
         (void)class_id(API_MEMBER(&answer, "step"), 1, problem);
         (void)class_value(API_MEMBER(&answer, "value"), problem);
         class_tries(API_MEMBER(&answer, "tries"), problem);
@@ -416,7 +416,7 @@ static enum pend_status class_make(const struct api_request *request, enum api_c
                      (int)reading->limits->depth, reading->problem);
     if (status == PEND_OK) {
         struct api_value root = api_json_root(document);
-        if (api_field_object(&root, reading->problem)) class_table[kind].read(&root, reading);
+        if (api_field_object(&root, NULL, reading->problem)) class_table[kind].read(&root, reading);
         status = reading->status;
         if (status == PEND_OK && reading->problem->status) status = PEND_INVALID;
         if (status == PEND_OK) status = api_canonical_write(&root, value);

@@ -47,7 +47,7 @@ enum pend_status api_scene_check_request(const struct api_value *value,
                                   .limits = limits,
                                   .problem = problem};
     void *state = NULL;
-    if (!api_field_object(value, problem)) return PEND_INVALID;
+    if (!api_field_object(value, NULL, problem)) return PEND_INVALID;
     enum pend_status status = api_op_read(&state, &reading);
     api_op_free(&api_op_trajectories, &state);
     return status;
@@ -77,13 +77,13 @@ static enum pend_status scene_write(const struct api_value *root, double most,
 static enum pend_status scene_check(const struct api_value *root, const struct api_limits *limits,
                                     double most, struct api_buffer *inner,
                                     struct api_problem *problem) {
-    if (!api_field_object(root, problem)) return PEND_INVALID;
+    if (!api_field_object(root, NULL, problem)) return PEND_INVALID;
     struct api_value view = api_value_member(root, "view");
     (void)api_value_only(root, scene_fields, problem);
     scene_check_title(API_MEMBER(root, "title"), problem);
     enum pend_status status = api_scene_check_request(API_MEMBER(root, "request"), limits, problem);
     if (status == PEND_NO_MEMORY) return status;
-    if (api_value_kind(&view) != API_MISSING) (void)api_field_object(&view, problem);
+    if (api_value_kind(&view) != API_MISSING) (void)api_field_object(&view, NULL, problem);
     return problem->status ? PEND_INVALID : scene_write(root, most, inner, problem);
 }
 

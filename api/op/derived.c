@@ -36,8 +36,7 @@ enum pend_status api_derived_read(struct api_derived *derived, const struct api_
     derived->count = count;
     API_VALUE_EACH (item, api_value_item(value, 0)) {
         struct api_target target;
-        if (!api_field_object(&item, problem)) continue;
-        (void)api_value_only(&item, fields, problem);
+        if (!api_field_object(&item, fields, problem)) continue;
         if (api_target_read(&target, &item, tree, problem))
             derived->parameter[item.index] = api_target_parameter(&target);
     }

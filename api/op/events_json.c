@@ -117,8 +117,7 @@ static void read_condition(struct api_events *events, const struct api_value *va
     struct pend_event *event = &events->event[events->count++];
     int quantity = 0, word = 0;
     *event = (struct pend_event){.most = events->usual};
-    if (!api_field_object(value, problem)) return;
-    (void)api_value_only(value, condition_fields, problem);
+    if (!api_field_object(value, condition_fields, problem)) return;
     if (!api_field_needed(&of, problem) || api_field_word(&of, quantities, &quantity, problem) < 0)
         return;
     event->quantity = meanings[quantity];

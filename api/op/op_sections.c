@@ -157,8 +157,7 @@ static void sections_read_section(struct sections *sections, const struct api_va
     static const char *const words[] = {"up", "down", "both", NULL};
     static const unsigned ways[] = {PEND_WAY_UP, PEND_WAY_DOWN, PEND_WAY_UP | PEND_WAY_DOWN};
     int word = 0;
-    if (!api_field_object(section, problem)) return;
-    (void)api_value_only(section, section_fields, problem);
+    if (!api_field_object(section, section_fields, problem)) return;
     if (api_value_kind(API_MEMBER(section, "period")) != API_MISSING ||
         api_value_kind(API_MEMBER(section, "first")) != API_MISSING) {
         sections_read_period(sections, section, problem);

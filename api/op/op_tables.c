@@ -53,7 +53,7 @@ static enum pend_status tables_all(struct tables *tables, const struct api_value
         return PEND_INVALID;
     }
     for (; api_value_kind(&run) != API_MISSING; run = api_value_next(&run)) {
-        if (!api_field_object(&run, problem)) continue;
+        if (!api_field_object(&run, NULL, problem)) continue;
         enum pend_status status = tables_one(tables, &run, problem);
         if (status != PEND_OK && status != PEND_INVALID) return status;
     }
@@ -74,7 +74,7 @@ static enum pend_status tables_read(void *state, const struct api_reading *readi
     enum pend_status status = PEND_OK;
     // without a pendulum, the table names the arms
     if (api_value_kind(&pendulum) != API_MISSING) status = api_reading_tree(reading, &tables->tree);
-    if (status == PEND_NO_MEMORY || !api_field_object(&data, problem))
+    if (status == PEND_NO_MEMORY || !api_field_object(&data, NULL, problem))
         return status == PEND_OK ? PEND_INVALID : status;
     PEND_TRY(api_buffer_text(&tables->answer, "{"));
     PEND_TRY(api_out_open(&tables->answer, "tables", '['));

@@ -44,7 +44,7 @@ static void trial_read(struct trials *trials, const struct api_value *item, doub
     static const char *const unit[] = {"m", "kg", "", "s"};
     struct trial *t = &trials->trial[trials->count++];
     double slope = 1;
-    (void)api_field_object(item, problem);
+    (void)api_field_object(item, NULL, problem);
     (void)api_value_only(item, columns, problem);
     for (int k = 0; k < COLUMNS; k++) {
         struct api_value value = api_value_member(item, columns[k]);

@@ -157,7 +157,7 @@ static void read_swing_up(struct control_reading *r, const struct api_value *val
     law->energy = NAN;
     (void)api_value_read_number(API_MEMBER(value, "energy"), -INFINITY, INFINITY, "J", &law->energy,
                                 r->problem);
-    if (api_field_object(&within, r->problem)) {
+    if (api_field_object(&within, NULL, r->problem)) {
         (void)api_value_only(&within, bounds, r->problem);
         for (int i = 0; i < 2; i++) {
             struct api_value bound = api_value_member(&within, bounds[i]);
@@ -179,11 +179,11 @@ static int read_law(struct control_reading *r, const struct api_value *value, in
     static const char *const kinds[] = {"feedback", "pid", "swing_up", NULL};
     struct pend_law law = {.next = -1};
     int found = -1;
-    if (!api_field_object(value, r->problem)) return -1;
-    (void)api_value_only(value, kinds, r->problem);
+    if (!api_field_object(value, kinds, r->problem)) return -1;
     for (int i = 0; kinds[i]; i++) {
         struct api_value body = api_value_member(value, kinds[i]);
-        if (api_value_kind(&body) == API_MISSING || !api_field_object(&body, r->problem)) continue;
+        if (api_value_kind(&body) == API_MISSING || !api_field_object(&body, NULL, r->problem))
+            continue;
         found = found < 0 && depth < LAWS_MOST ? i : LAWS_MOST;
         law.kind = (enum pend_law_kind)i;
         if (i == PEND_LAW_FEEDBACK) read_feedback(r, &body, &law);
@@ -280,7 +280,7 @@ enum pend_status api_control_read(struct api_rules *rules, const struct api_cont
     for (; api_value_kind(&item) != API_MISSING; item = api_value_next(&item)) {
         struct pend_controller *c = r.controller = rules->controller + rules->controllers++;
         *c = (struct pend_controller){.low = -INFINITY, .high = INFINITY};
-        if (!api_field_object(&item, problem)) continue;
+        if (!api_field_object(&item, NULL, problem)) continue;
         delay = 0;
         (void)api_field_whole(API_MEMBER(&item, "delay"), 0, DELAY_MOST, &delay, problem);
         c->delay = (int)delay;

@@ -43,11 +43,13 @@ static int field_fault(const struct api_value *value, enum field_fault fault, co
     return -1;
 }
 
-int api_field_object(const struct api_value *value, struct api_problem *problem) {
+int api_field_object(const struct api_value *value, const char *const fields[],
+                     struct api_problem *problem) {
     if (!api_field_needed(value, problem)) return 0;
-    if (api_value_kind(value) == API_OBJECT) return 1;
-    field_fault(value, KIND, "an object", problem);
-    return 0;
+    if (api_value_kind(value) != API_OBJECT) field_fault(value, KIND, "an object", problem);
+    if (api_value_kind(value) != API_OBJECT) return 0;
+    if (fields) (void)api_value_only(value, fields, problem);
+    return 1;
 }
 
 /* adds an error for each item that is not a number, and copies the valid ones among the first n */

@@ -11,8 +11,10 @@
 /* The units of angles, "rad" and "deg", for api_field_word. */
 extern const char *const api_field_angles[];
 
-/** Adds an error if a value is missing or is not an object. Returns true for an object. */
-int api_field_object(const struct api_value *value, struct api_problem *problem);
+/** Adds an error if a value is missing or is not an object, and for every member that `fields` does
+ * not list; fields: ended by NULL; NULL = any member. Returns true for an object. */
+int api_field_object(const struct api_value *value, const char *const fields[],
+                     struct api_problem *problem);
 
 /** Adds an error if a field is missing, unless another field is a misspelling of it. Returns true
  * if it is present. */

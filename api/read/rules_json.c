@@ -41,7 +41,7 @@ enum pend_status api_rules_read_table(struct api_rules *rules, int drives,
                              *const outsides[] = {"hold", "zero", NULL};
     struct pend_table table = {.drives = drives};
     int values = 0, hold = 0, outside = -1;
-    if (!api_field_object(value, problem)) return PEND_OK;
+    if (!api_field_object(value, NULL, problem)) return PEND_OK;
     int track = drives < 0, least = 1 + track, numbers = 2 + 2 * track;
     (void)api_value_only(value, track ? tracks : names, problem);
     struct api_value t = api_value_member(value, "t"), x = api_value_member(value, "value"),
@@ -120,7 +120,7 @@ enum pend_status api_rules_read_stop(struct api_rules *rules, int n, int arm,
     static const char *const names[] = {"min", "max", "restitution", NULL};
     struct api_value low = api_value_member(value, "min"), high = api_value_member(value, "max"),
                      back = api_value_member(value, "restitution");
-    if (!api_field_object(value, problem)) return PEND_OK;
+    if (!api_field_object(value, NULL, problem)) return PEND_OK;
     PEND_TRY(rules_joints(rules, n));
     double *least = rules_number(rules, API_JOINT_LEAST, arm),
            *most = rules_number(rules, API_JOINT_MOST, arm);

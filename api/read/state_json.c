@@ -196,8 +196,7 @@ static void read_cart(struct api_states *states, long i, const struct api_value 
                       const struct api_tree *tree, struct api_problem *problem) {
     static const char *const names[] = {"x", "v", NULL};
     double number[2] = {0, 0};
-    if (api_value_kind(cart) == API_MISSING || !api_field_object(cart, problem)) return;
-    (void)api_value_only(cart, names, problem);
+    if (api_value_kind(cart) == API_MISSING || !api_field_object(cart, names, problem)) return;
     if (tree->tree && !tree->cart)
         api_value_fault(cart, problem,
                         API_CODE_NOT_APPLICABLE
@@ -225,9 +224,8 @@ void api_states_read(struct api_states *states, long i, const struct api_value *
                         "must be an object with \"theta\" and \"thetad\", or \"phi\" and \"phid\", "
                         "each a list, got an array");
     if (api_value_kind(value) == API_MISSING || api_value_kind(value) == API_ARRAY ||
-        !api_field_object(value, problem))
+        !api_field_object(value, state_fields, problem))
         return;
-    (void)api_value_only(value, state_fields, problem);
     int degrees = read_degrees(value, problem), form = state_form(value, problem);
     struct api_value cart = api_value_member(value, "cart");
     read_cart(states, i, &cart, tree, problem);

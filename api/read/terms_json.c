@@ -80,7 +80,7 @@ static void read_part(struct api_terms *terms, const struct api_terms_part *part
 static void read_object(struct api_terms *terms, const struct api_terms_row *field, int i,
                         const struct api_value *value) {
     const char *names[API_TERMS_PARTS + 1] = {NULL};
-    if (!api_field_object(value, terms->problem)) return;
+    if (!api_field_object(value, NULL, terms->problem)) return;
     for (int p = 0; field->part[p].unit; p++) names[p] = field->part[p].name;
     (void)api_value_only(value, names, terms->problem);
     for (int p = 0; names[p]; p++) {
@@ -91,8 +91,7 @@ static void read_object(struct api_terms *terms, const struct api_terms_row *fie
 
 static void read_harmonic(struct api_terms *terms, int drives, const struct api_value *value) {
     static const char *const names[] = {"amplitude", "omega", "phase", NULL};
-    if (!api_field_object(value, terms->problem)) return;
-    (void)api_value_only(value, names, terms->problem);
+    if (!api_field_object(value, names, terms->problem)) return;
     struct api_harmonic *harmonic = terms_harmonic(terms, drives);
     for (int p = 0; harmonic && p < 3; p++) {
         struct api_value part = api_value_member(value, names[p]);
@@ -307,8 +306,7 @@ static void read_cart(struct api_terms *terms, const struct api_value *cart) {
                 {0, "N s/m", &read->damping},
                 {0, "N/m", &read->stiffness}};
     read->given = read->mass = 1;
-    if (!api_field_object(cart, terms->problem)) return;
-    (void)api_value_only(cart, names, terms->problem);
+    if (!api_field_object(cart, names, terms->problem)) return;
     for (int i = 0; i < 4; i++) {
         struct api_value field = api_value_member(cart, names[i]);
         if (i)
@@ -322,7 +320,8 @@ static void read_cart(struct api_terms *terms, const struct api_value *cart) {
     if (api_value_kind(&force) != API_MISSING) read_cart_force(terms, &force);
     struct api_value friction = api_value_member(cart, names[5]),
                      stop = api_value_member(cart, names[6]);
-    if (api_value_kind(&friction) != API_MISSING && api_field_object(&friction, terms->problem))
+    if (api_value_kind(&friction) != API_MISSING &&
+        api_field_object(&friction, NULL, terms->problem))
         read_rule(terms, api_rules_read_friction(&terms->rules, terms->n, terms->n, "force",
                                                  &friction, terms->problem));
     if (api_value_kind(&stop) != API_MISSING)
@@ -333,13 +332,12 @@ static void read_cart(struct api_terms *terms, const struct api_value *cart) {
 static void read_pivot(struct api_terms *terms, const struct api_value *pivot) {
     static const char *const names[] = {"x", "y", "acceleration", "cart", NULL},
                              *const of_axis[] = {"harmonics", "table", NULL};
-    if (!api_field_object(pivot, terms->problem)) return;
-    (void)api_value_only(pivot, names, terms->problem);
+    if (!api_field_object(pivot, names, terms->problem)) return;
     for (int axis = 0; axis < 2; axis++) {
         struct api_value drive = api_value_member(pivot, names[axis]);
-        if (api_value_kind(&drive) == API_MISSING || !api_field_object(&drive, terms->problem))
+        if (api_value_kind(&drive) == API_MISSING ||
+            !api_field_object(&drive, of_axis, terms->problem))
             continue;
-        (void)api_value_only(&drive, of_axis, terms->problem);
         int drives = axis ? PEND_DRIVE_PIVOT_Y : PEND_DRIVE_PIVOT_X;
         read_harmonics(terms, drives, &drive);
         read_table(terms, drives, &drive);

@@ -202,7 +202,7 @@ enum pend_status api_times_read(struct api_times *times, const struct api_value 
                         found);
         return PEND_INVALID;
     }
-    if (!api_field_object(value, problem)) return PEND_INVALID;
+    if (!api_field_object(value, NULL, problem)) return PEND_INVALID;
     read_grid(times, value, limits, problem);
     assert(times->times.count >= 0 && !times->list);
     return problem->status ? PEND_INVALID : PEND_OK;

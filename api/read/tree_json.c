@@ -135,8 +135,7 @@ static void read_arm(struct tree_reading *reading, struct api_arm_names *names,
     int i = arm->index;
     api_arm_names_take(names, arm, reading->problem);
     reading->length[i] = reading->mass[i] = NAN;
-    if (!api_field_object(arm, reading->problem)) return;
-    (void)api_value_only(arm, arm_fields, reading->problem);
+    if (!api_field_object(arm, arm_fields, reading->problem)) return;
     struct api_value mass = api_value_member(arm, "mass");
     reading->length[i] = arm_number(API_MEMBER(arm, "length"), reading->problem);
     api_terms_read_arm(&reading->terms, arm);
@@ -367,7 +366,7 @@ enum pend_status api_tree_read(struct api_tree *tree, const struct api_value *pe
     struct tree_reading reading = {.pendulum = pendulum, .problem = problem};
     long faults = fault_count(problem);
     *tree = (struct api_tree){.loads.gravity = usual_gravity};
-    if (!api_field_object(pendulum, problem)) return PEND_INVALID;
+    if (!api_field_object(pendulum, NULL, problem)) return PEND_INVALID;
     api_value_pointer(pendulum, reading.at);
     (void)api_value_only(pendulum, tree_fields, problem);
     struct api_value gravity = api_value_member(pendulum, "gravity");

@@ -165,8 +165,7 @@ static void read_axis(struct api_members *members, const struct api_value *value
         out = &members->variation[members->variations];
         *out = (struct api_variation){.count = steps, .tied = 1};
         before = reading->problem->status;
-        if (!api_field_object(&item, reading->problem)) continue;
-        (void)api_value_only(&item, tied_fields, reading->problem);
+        if (!api_field_object(&item, tied_fields, reading->problem)) continue;
         read_path(&item, reading, out);
         keep_variation(members, &item, before, reading);
     }
@@ -211,7 +210,7 @@ static enum pend_status read_variations(struct api_members *members, const struc
     if (!members->variation) return PEND_NO_MEMORY;
     API_VALUE_EACH (item, api_value_item(list, 0)) {
         int before = reading->problem->status;
-        if (!api_field_object(&item, reading->problem)) continue;
+        if (!api_field_object(&item, NULL, reading->problem)) continue;
         if (!draws) {
             read_axis(members, &item, reading);
             continue;
@@ -244,7 +243,7 @@ static enum pend_status read_grid(struct api_members *members, const struct api_
 
 static enum pend_status read_random(struct api_members *members, const struct api_value *random,
                                     const struct reading *reading) {
-    if (!api_field_object(random, reading->problem)) return PEND_INVALID;
+    if (!api_field_object(random, NULL, reading->problem)) return PEND_INVALID;
     struct api_value count = api_value_member(random, "count");
     struct api_value draw = api_value_member(random, "draw"),
                      first = api_value_member(random, "first");
@@ -296,8 +295,7 @@ static enum pend_status read_member(struct api_members *members, const struct ap
                                     const struct api_value *initial,
                                     const struct reading *reading) {
     struct api_value own = api_value_member(member, "initial");
-    if (!api_field_object(member, reading->problem)) return PEND_OK;
-    (void)api_value_only(member, member_fields, reading->problem);
+    if (!api_field_object(member, member_fields, reading->problem)) return PEND_OK;
     api_states_read(members->states, member->index,
                     api_value_kind(&own) == API_MISSING ? initial : &own, reading->tree,
                     reading->limits, reading->problem);

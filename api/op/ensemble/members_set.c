@@ -87,8 +87,7 @@ static enum pend_status read_set(struct api_sets *sets, const struct api_value *
     struct api_target target;
     int degrees = 0;
     double x = 0;
-    if (!api_field_object(value, problem)) return PEND_OK;
-    (void)api_value_only(value, set_fields, problem);
+    if (!api_field_object(value, set_fields, problem)) return PEND_OK;
     int named = api_energy_target(&target, value, problem) ||
                 api_target_read(&target, value, tree, problem);
     if (api_field_word(&unit, api_field_angles, &degrees, problem) > 0 && named &&

@@ -46,8 +46,7 @@ void api_picture_read(struct api_observables *seen, const struct api_members *me
     long number = 1;
     if (!reading->format->picture && api_value_kind(&picture) == API_MISSING) return;
     if (api_value_kind(&picture) != API_MISSING) {
-        if (!api_field_object(&picture, problem)) return;
-        (void)api_value_only(&picture, fields, problem);
+        if (!api_field_object(&picture, fields, problem)) return;
     }
     if (members->axes != 2)
         api_value_fault(&picture, problem,

@@ -144,8 +144,8 @@ void api_fit_read_camera(struct api_fit *fit, const struct api_value *camera,
                      center = api_value_member(camera, "center"), missing = {0};
     fit->camera[PEND_FIT_SCALE] = 1;
     camera_center(fit, &missing, problem);
-    if (api_value_kind(camera) == API_MISSING || !api_field_object(camera, problem)) return;
-    (void)api_value_only(camera, camera_fields, problem);
+    if (api_value_kind(camera) == API_MISSING || !api_field_object(camera, camera_fields, problem))
+        return;
     camera_down(fit, camera, problem);
     camera_center(fit, &center, problem);
     for (int i = 0; i < PARTS; i++) {
@@ -365,8 +365,7 @@ static void read_unknown(struct api_fit *fit, const struct api_value *item,
     struct api_value unit = api_value_member(item, "unit"), vary = api_value_member(item, "vary");
     struct api_target target;
     int degrees = 0, faults = problem->count;
-    if (!api_field_object(item, problem)) return;
-    (void)api_value_only(item, unknown_fields, problem);
+    if (!api_field_object(item, unknown_fields, problem)) return;
     if (!api_target_read(&target, item, &fit->tree, problem) || problem->count > faults) return;
     if (!target_found(&target)) return;
     int angle = target.quantity <= API_VARY_THETAD;

@@ -188,8 +188,7 @@ static enum pend_status read_runs(struct api_fit *fit, struct api_fit_part part[
     }
     struct api_value item = api_value_item(&runs, 0);
     for (int r = 0; r < fit->runs; r++, item = api_value_next(&item)) {
-        if (!api_field_object(&item, reading->problem)) continue;
-        (void)api_value_only(&item, run_fields, reading->problem);
+        if (!api_field_object(&item, run_fields, reading->problem)) continue;
         enum pend_status status = read_run(fit, r, &part[r], &item, &item, reading);
         if (status == PEND_NO_MEMORY) return status;
     }
@@ -209,8 +208,7 @@ enum pend_status api_fit_read_data(struct api_fit *fit, double shift,
                      modes = api_value_member(&data, "modes");
     double taken = 0;
     int count = api_value_count(&modes);
-    if (!api_field_object(&data, problem)) return PEND_INVALID;
-    (void)api_value_only(&data, data_fields, problem);
+    if (!api_field_object(&data, data_fields, problem)) return PEND_INVALID;
     if (api_value_kind(&modes) != API_MISSING &&
         (api_value_kind(&modes) != API_ARRAY || !count || count > API_FIT_MODES)) {
         api_value_fault(&modes, problem, API_CODE_WRONG_COUNT "must be an array of 1 to %d modes",

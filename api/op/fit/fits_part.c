@@ -178,8 +178,7 @@ static void read_series(struct api_fit_part *run, const struct api_tree *tree,
     struct api_value values = api_value_member(item, "values"),
                      sigma = api_value_member(item, "sigma"), unit = api_value_member(item, "unit");
     int degrees = 0;
-    if (!api_field_object(item, problem)) return;
-    (void)api_value_only(item, series_fields, problem);
+    if (!api_field_object(item, series_fields, problem)) return;
     if (series_kind(run, c, tree, item, problem) < 0) return;
     int passes = column->kind == PEND_FIT_PASSAGE;
     if (api_field_word(&unit, api_field_angles, &degrees, problem) > 0 && !is_turn(column->kind))
@@ -326,8 +325,7 @@ static void read_mode(struct api_fit *fit, const struct api_value *item,
     int found = 0;
     double error = 0, x;
     *column = (struct pend_fit_column){.kind = PEND_FIT_MODE, .data = to};
-    if (!api_field_object(item, problem)) return;
-    (void)api_value_only(item, mode_fields, problem);
+    if (!api_field_object(item, mode_fields, problem)) return;
     if (api_field_needed(&mode, problem))
         (void)api_field_whole(&mode, 1, fit->tree.n, &number, problem);
     column->arm = (int)number - 1;

@@ -60,8 +60,7 @@ static int read_places(const struct controllers *c, const struct api_value *valu
                        int list[], struct api_problem *problem) {
     const char *const names[] = {arms, "cart", NULL};
     int count = 0, cart = 0;
-    if (!api_field_object(value, problem)) return 0;
-    (void)api_value_only(value, names, problem);
+    if (!api_field_object(value, names, problem)) return 0;
     struct api_value joints = api_value_member(value, arms), on = api_value_member(value, "cart");
     API_VALUE_EACH (item, api_value_item(&joints, 0)) {
         int arm = api_tree_read_arm(&c->tree, &item, problem), known = 0;

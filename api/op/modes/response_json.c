@@ -33,8 +33,7 @@ static void read_pivot(struct api_response *asked, const struct api_value *value
     struct api_value direction = api_value_member(value, "direction");
     double size = 1, angle = 0;
     int degrees = 0;
-    if (!api_field_object(value, problem)) return;
-    (void)api_value_only(value, pivot_fields, problem);
+    if (!api_field_object(value, pivot_fields, problem)) return;
     (void)api_value_read_number(&x, -amplitude_most, amplitude_most, "m", &asked->pivot[0],
                                 problem);
     (void)api_value_read_number(&y, -amplitude_most, amplitude_most, "m", &asked->pivot[1],
@@ -62,8 +61,7 @@ static void read_pivot(struct api_response *asked, const struct api_value *value
 /* reads {"arm": 2, "amplitude": 0.1} */
 static void read_torque(struct api_response *asked, const struct api_value *value,
                         struct api_problem *problem) {
-    if (!api_field_object(value, problem)) return;
-    (void)api_value_only(value, torque_fields, problem);
+    if (!api_field_object(value, torque_fields, problem)) return;
     asked->couple = 1;
     asked->given = api_value_read_number(API_MEMBER(value, "amplitude"), -amplitude_most,
                                          amplitude_most, "N m", &asked->couple, problem) > 0;
@@ -74,8 +72,7 @@ static void read_torque(struct api_response *asked, const struct api_value *valu
 /* reads {"amplitude": 0.1}, a force on the cart */
 static void read_cart(struct api_response *asked, const struct api_value *value,
                       struct api_problem *problem) {
-    if (!api_field_object(value, problem)) return;
-    (void)api_value_only(value, cart_fields, problem);
+    if (!api_field_object(value, cart_fields, problem)) return;
     if (asked->tree.tree && !asked->tree.cart)
         api_value_fault(value, problem,
                         API_CODE_NOT_APPLICABLE
@@ -106,7 +103,7 @@ static void read_drive(struct api_response *asked, const struct api_value *value
         read_own(asked, value, problem);
         return;
     }
-    if (!api_field_object(value, problem)) return;
+    if (!api_field_object(value, NULL, problem)) return;
     struct api_value pivot = api_value_member(value, "pivot");
     struct api_value torque = api_value_member(value, "torque");
     struct api_value cart = api_value_member(value, "cart");
@@ -193,8 +190,7 @@ static void read_range(struct api_response *asked, const struct api_value *value
     struct api_value stop = api_value_member(value, "stop");
     struct api_value count = api_value_member(value, "count");
     struct api_value scale = api_value_member(value, "scale");
-    if (!api_field_object(value, problem)) return;
-    (void)api_value_only(value, range_fields, problem);
+    if (!api_field_object(value, range_fields, problem)) return;
     int word = api_field_word(&scale, scales, &asked->logarithmic, problem), good = 1;
     if (word > 0 && !asked->logarithmic) api_value_usual(&scale);
     good &= api_field_needed(&start, problem) &&

@@ -150,8 +150,7 @@ static void read_branch(struct api_orbits *asked, const struct api_value *branch
     struct api_value to = api_value_member(branch, "to");
     const char *name = api_value_text(API_MEMBER(branch, "vary"));
     int omega = name && !strcmp(name, "omega");
-    if (!present(branch) || !api_field_object(branch, problem)) return;
-    (void)api_value_only(branch, branch_fields, problem);
+    if (!present(branch) || !api_field_object(branch, branch_fields, problem)) return;
     asked->problem.branch = 1;
     if (omega) {
         static const char *const others[] = {"arm", "harmonic", NULL};
