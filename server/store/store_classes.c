@@ -230,8 +230,7 @@ static enum srv_stored class_join(struct srv_store *store, struct srv_class_put 
     SRV_STORED_TRY(srv_store_class_from(store, put->code, put->source, &from));
     int64_t quarter = store->rules.class_pupils / 4;
     int64_t usual = quarter > SRV_CLASS_SHARE ? quarter : SRV_CLASS_SHARE;
-    if (from >= (room->share ? room->share : usual))
-        return class_refuse(put, SRV_CLASS_SHARED);
+    if (from >= (room->share ? room->share : usual)) return class_refuse(put, SRV_CLASS_SHARED);
     memcpy(body, put->body, put->bytes);
     SRV_STORED_TRY(srv_store_class_named(store, put->code, put->fold, body, &item.bytes, fold));
     int64_t weight = class_weight(item.bytes);
