@@ -70,7 +70,6 @@ static int daemon_audit(struct srv_daemon *daemon, const struct srv_config *conf
     return 0;
 }
 
-/* starts the listener of probes and metrics, if one is configured */
 static enum pend_status daemon_probes(struct srv_daemon *daemon, struct pend_error *error) {
     int fd = daemon->probe_fd;
     daemon->probe_fd = -1;

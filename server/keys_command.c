@@ -208,7 +208,6 @@ static int command_read(struct command *command, int argc, char *const argv[]) {
     return command->keys ? 0 : command_wrong("--keys FILE", "is missing");
 }
 
-/* the function of each action, and whether it may create the file */
 static const struct {
     const char *word;
     enum pend_status (*change)(struct srv_keys *keys, void *context, struct pend_error *error);
@@ -217,7 +216,6 @@ static const struct {
                        {"revoke", command_revoke, 0}, {"expire", command_expire, 0},
                        {"remove", command_remove, 0}, {"role", command_role, 1}};
 
-/* runs the action and prints the result; returns the exit status */
 static int command_run(struct command *command, int action) {
     assert(command->keys && command->now > 0);
     struct pend_error error = {.text = ""};

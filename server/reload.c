@@ -66,7 +66,6 @@ static int reload_logs(const struct srv_config *config, int *log, int *audit,
     return 0;
 }
 
-/* Copies the value of option i of the table from another config. */
 static void reload_take(struct srv_config *config, const struct srv_config *from, int i) {
     assert(config != from);
     size_t bytes;

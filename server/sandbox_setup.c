@@ -38,7 +38,6 @@ static void sandbox_database(struct srv_sandbox_files *files) {
     files->connects = 1;
 }
 
-/* adds the database, and SQLite's temporary files */
 static enum pend_status sandbox_store(struct srv_sandbox_files *files,
                                       const struct srv_config *config, struct pend_error *error) {
     char url[SRV_CONFIG_TEXT];

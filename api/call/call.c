@@ -151,7 +151,6 @@ static enum api_progress call_fail(struct api_call *call, enum pend_status statu
     return call_refuse(call, out);
 }
 
-/* fills in the head of the answer; its digest and columns are set */
 static void call_head(struct api_call *call, long long length) {
     const struct api_op *op = call->op;
     const struct api_format *format = call->format;

@@ -317,7 +317,6 @@ static enum pend_status form_data(const struct form *form, const struct api_valu
     return api_buffer_text(out, "}");
 }
 
-/* appends the request with the tables */
 static enum pend_status form_write(const struct form *form, const struct api_value *root,
                                    struct api_buffer *out) {
     struct api_value data = api_value_member(root, "data"), member = api_value_first(root);

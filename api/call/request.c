@@ -50,7 +50,6 @@ struct span {
     size_t bytes;
 };
 
-/* returns the body as JSON; that of a form is written to `joined` */
 static enum pend_status request_body(const struct api_request *request,
                                      const struct api_limits *limits, struct api_buffer *joined,
                                      struct span *body, struct api_problem *problem) {

@@ -87,7 +87,6 @@ static int class_id(const struct api_value *value, int needed, struct api_proble
     return 0;
 }
 
-/* reads a scene: a trajectory's request, and its view */
 static void class_scene(const struct api_value *scene, struct class_reading *reading) {
     static const char *const fields[] = {"request", "view", NULL};
     struct api_problem *problem = reading->problem;
@@ -401,7 +400,6 @@ static const struct {
 
 /* --- a body --- */
 
-/* sets the problem of a body that is too large */
 static void class_large(enum api_class_kind kind, size_t bytes, struct api_problem *problem) {
     api_problem_set(problem, 413,
                     API_TYPE_LIMIT "a %s has at most %zu bytes without blanks, got %zu",

@@ -248,7 +248,6 @@ static int tally_often(const void *one, const void *other) {
     return strcmp(a->text, b->text);
 }
 
-/* writes the sorted numbers, each with its count */
 static enum pend_status tally_values(const struct api_class_tally *tally, struct api_buffer *out) {
     for (long i = 0, k; i < tally->numbers; i = k) {
         for (k = i; k < tally->numbers && tally->number[k] <= tally->number[i];) k++;

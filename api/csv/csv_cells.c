@@ -26,7 +26,6 @@ static struct api_csv_cell trimmed(const char *from, const char *end) {
     return (struct api_csv_cell){from, (int)(end - from)};
 }
 
-/* returns the end of the cell that begins at `at` */
 static const char *cell_end(const char *at, const char *end, char separator) {
     for (int quoted = 0; at < end; at++) {
         if (*at == '"') quoted = !quoted;

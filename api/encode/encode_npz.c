@@ -86,7 +86,6 @@ static uint64_t array_numbers(const struct npz_writer *writer, const struct api_
     return npz_rows(writer) * api_array_width(array);
 }
 
-/* writes numbers [from, from + count) of an array */
 static void array_write(const struct npz_writer *writer, const struct api_array *array,
                         uint64_t from, size_t count, char *at) {
     double *const *column = writer->base.column;

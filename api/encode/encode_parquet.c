@@ -103,7 +103,6 @@ static void place_name(struct place place, char name[NAME_BYTES]) {
     *at = 0;
 }
 
-/* writes the header of a page; returns its end */
 static char *put_page(char *at, long rows, int bytes) {
     at = put_whole(at, 1, THRIFT_I32, DATA_PAGE);
     at = put_whole(at, 1, THRIFT_I32, rows * bytes);
@@ -238,7 +237,6 @@ static enum pend_status put_schema(struct parquet_writer *writer, struct api_buf
     return PEND_OK;
 }
 
-/* writes the metadata of a column in a row group; returns the end */
 static char *put_chunk(char *at, const char *name, int narrow, long rows, uint64_t offset,
                        size_t bytes) {
     at = put_whole(at, 2, THRIFT_I64, (int64_t)offset);

@@ -108,7 +108,6 @@ static void write_picture(png_structp png, png_infop info, const struct api_writ
     png_write_end(png, info);
 }
 
-/* writes the picture with libpng's error handler */
 static int picture_written(png_structp png, png_infop info, const struct api_writer *writer,
                            png_bytep line) {
     if (setjmp(png_jmpbuf(png))) return 0;

@@ -201,13 +201,11 @@ static const char *scan_digits(const char *p, const char *end) {
     return p;
 }
 
-/* reports an error at p */
 static enum pend_status scan_expected_digit(struct scan *s, const char *p, const char *what) {
     s->at = (size_t)(p - s->text);
     return scan_expected(s, what);
 }
 
-/* checks a number's grammar and skips it */
 static enum pend_status scan_number_grammar(struct scan *s) {
     const char *p = s->text + s->at, *end = s->text + s->bytes, *part;
     p += *p == '-';
@@ -298,7 +296,6 @@ static enum pend_status scan_literal(struct scan *s) {
 
 /* ---- strings */
 
-/* appends the character of an escape to the plain text */
 static enum pend_status scan_escape(struct scan *s) {
     char utf8[4];
     size_t taken, length;

@@ -178,7 +178,6 @@ enum pend_status api_oembed_read(const char *query, const char *host, struct api
 
 /* --- the answer --- */
 
-/* appends text to an attribute's value */
 static enum pend_status oembed_attribute(const char *text, struct api_buffer *out) {
     for (; *text; text++)
         PEND_TRY(*text == '&'             ? api_buffer_text(out, "&amp;")
@@ -237,7 +236,6 @@ enum pend_status api_oembed_write(const struct api_oembed *wanted, struct api_bu
 
 /* --- the tag --- */
 
-/* appends text as the value of a parameter */
 static enum pend_status oembed_encode(const char *text, struct api_buffer *out) {
     for (; *text; text++)
         PEND_TRY(strchr(oembed_unreserved, *text)

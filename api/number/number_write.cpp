@@ -17,7 +17,6 @@ using namespace api;
 
 namespace {
 
-/* significand * 10^exponent */
 struct decimal {
     uint64_t significand; /* below 10^17 */
     int exponent;

@@ -99,7 +99,6 @@ void api_derived_add(struct api_derived *derived, struct api_table *table, const
 
 /* ---- rows */
 
-/* the quantities to compute */
 static void derived_wanted(const struct api_derived *derived, char wanted[PEND_DERIVED + 1]) {
     memset(wanted, 0, PEND_DERIVED + 1);
     for (int c = 0; c < derived->columns; c++) wanted[derived->column[c].what] = 1;
@@ -107,7 +106,6 @@ static void derived_wanted(const struct api_derived *derived, char wanted[PEND_D
         wanted[PEND_DERIVED_KINETIC] = wanted[PEND_DERIVED_POTENTIAL] = 1;
 }
 
-/* number of values of a quantity per row */
 static size_t derived_numbers(const struct api_derived *derived, int what) {
     int width = derived_width(derived, what);
     return (size_t)(width ? width : 1) * (size_t)derived->count;

@@ -273,7 +273,6 @@ static void forces_real(const struct forces *forces, const double phi[], const d
     forces->column[CART_REACTION][i] = across[0];
 }
 
-/* computes state s into row i of the columns */
 static void forces_compute(const struct forces *forces, long s, long i) {
     assert(s >= 0 && i >= 0);
     const struct pend_tree *tree = forces->tree.tree;

@@ -31,7 +31,6 @@ static void preset_name(const char *preset, char name[NAME_BYTES]) {
     snprintf(name, NAME_BYTES, "%.*s", bytes, from);
 }
 
-/* sets a problem of status 404 with the most similar name */
 static enum pend_status refuse_name(const char *name, struct api_problem *problem) {
     char known[PRESETS_MOST][NAME_BYTES];
     const char *names[PRESETS_MOST + 1] = {NULL}, *preset = NULL;

@@ -260,7 +260,6 @@ static enum pend_status trajectory_compare(struct trajectory *trajectory,
     return PEND_OK;
 }
 
-/* names the limit that caused a failure, and a remedy */
 static void name_limit(const struct trajectory *trajectory, enum pend_status status,
                        struct pend_error *error) {
     size_t used = strlen(error->text);

@@ -6,7 +6,6 @@
 
 #include "core/tree/rules.h"
 
-/* the source of a column's numbers */
 enum source {
     PHI,
     RATE,
@@ -139,7 +138,6 @@ void api_outputs_columns(const struct api_outputs *outputs, int n, struct api_ta
     }
 }
 
-/* whether work or heat is requested */
 static int outputs_exchange(const struct api_outputs *outputs) {
     for (int i = 0; i < outputs->count; i++)
         if (output_table[outputs->output[i]].source[0] == WORK) return 1;

@@ -44,7 +44,6 @@ static enum pend_status write_table(const struct pend_terms *terms, int drives,
     return api_buffer_text(out, "}");
 }
 
-/* writes the member "harmonics" of a driven arm or of the pivot */
 static enum pend_status write_harmonics(const struct pend_loads *loads, int drives,
                                         struct api_buffer *out) {
     const struct pend_terms *terms = loads->terms;
@@ -67,7 +66,6 @@ static double part_number(const struct pend_loads *loads, int row, int k) {
     return loads->value[loads->terms->row[row] + k];
 }
 
-/* whether a number of the arm differs from its default */
 static int part_says(const struct pend_loads *loads, const struct api_terms_part *part, int k) {
     const struct pend_terms *terms = loads->terms;
     if (terms->row[part->row] < 0) return 0;

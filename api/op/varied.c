@@ -71,7 +71,6 @@ static void target_arm(const struct api_value *value, const struct api_tree *tre
     if (arm >= 0) out->arm = tree->tree->place[arm];
 }
 
-/* finds the value of a term, which the pendulum must have */
 static void target_term(const struct api_value *value, const struct api_value *vary, int term,
                         const struct api_tree *tree, struct api_target *out,
                         struct api_problem *problem) {

@@ -8,7 +8,6 @@ enum { CONTROLLERS_MOST = 16, DELAY_MOST = 100, INSTANTS_MOST = 100000, LAWS_MOS
 /* s, shortest and longest period of a controller */
 static const double control_finest = 1e-9, control_longest = 1e6;
 
-/* a controller while it is read */
 struct control_reading {
     struct api_rules *rules;
     const struct api_controlled *of;
@@ -213,7 +212,6 @@ static void read_limit(struct control_reading *r, const struct api_value *limit)
     r->controller->low = both[0], r->controller->high = both[1];
 }
 
-/* reads the actuator: a joint or the cart */
 static void read_joint(struct control_reading *r, const struct api_value *value) {
     struct api_value joint = api_value_member(value, "joint"), on = api_value_member(value, "cart");
     int cart = 0, both = api_value_kind(&joint) != API_MISSING;

@@ -150,7 +150,6 @@ static void *rules_put(char **at, const void *from, size_t bytes) {
     return to;
 }
 
-/* copies a row of numbers of joints into stored order */
 static const double *rules_row(const struct api_rules *rules, const struct pend_tree *tree,
                                enum api_joint_row row, char **at) {
     double *to = (double *)(void *)*at;

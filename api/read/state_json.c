@@ -166,7 +166,6 @@ static int state_form(const struct api_value *value, struct api_problem *problem
     return found;
 }
 
-/* reads the field unit; returns true for degrees */
 static int read_degrees(const struct api_value *value, struct api_problem *problem) {
     int unit = 0;
     struct api_value field = api_value_member(value, "unit");

@@ -104,7 +104,6 @@ static void read_harmonic(struct api_terms *terms, int drives, const struct api_
     }
 }
 
-/* reads the member `harmonics` of a drive */
 static void read_harmonics(struct api_terms *terms, int drives, const struct api_value *drive) {
     struct api_value list = api_value_member(drive, "harmonics");
     char found[API_FOUND_BYTES];
@@ -128,7 +127,6 @@ static void read_harmonics(struct api_terms *terms, int drives, const struct api
 /* the parts of a drive, which are added up */
 static const char *const drive_names[] = {"constant", "harmonics", "table", NULL};
 
-/* reads the member `table` of a drive */
 static void read_table(struct api_terms *terms, int drives, const struct api_value *drive) {
     struct api_value table = api_value_member(drive, "table");
     if (api_value_kind(&table) == API_MISSING) return;
@@ -173,7 +171,6 @@ static long fault_count(const struct api_problem *problem) {
     return problem->count + problem->beyond;
 }
 
-/* reads field f of arm i, unless it is null */
 static void read_field(struct api_terms *terms, int f, int i, const struct api_value *value) {
     long faults = fault_count(terms->problem);
     if (api_value_kind(value) == API_NULL) {
@@ -208,7 +205,6 @@ void api_terms_init(struct api_terms *terms, int n, struct api_problem *problem)
     *terms = (struct api_terms){.n = n, .problem = problem};
 }
 
-/* Frees the rules. */
 static void terms_rules_clear(struct api_rules *rules) {
     for (int i = 0; i < rules->tables; i++) free((void *)rules->table[i].t);
     free(rules->table);
@@ -234,7 +230,6 @@ void api_terms_read_arm(struct api_terms *terms, const struct api_value *arm) {
             if (!strcmp(member.key, field_names[f])) read_field(terms, f, arm->index, &member);
 }
 
-/* reads a list with one entry per arm */
 static void read_list(struct api_terms *terms, int f, const struct api_value *list) {
     char found[API_FOUND_BYTES];
     enum api_kind kind = api_value_kind(list);

@@ -60,7 +60,6 @@ static void cart_fill(const struct api_cart *cart, const struct pend_terms *made
     if (row[PEND_TERM_TORQUE] >= 0) value[row[PEND_TERM_TORQUE]] = cart->force;
 }
 
-/* writes the numbers into the list */
 static void terms_fill(const struct api_terms *terms, const struct pend_tree *tree,
                        struct pend_terms *made, const int place[], double value[]) {
     pend_terms_clear(made, tree, value);

@@ -9,7 +9,6 @@ static const char *const times_fields[] = {"start", "stop", "step", "count", NUL
 
 static const double divides_within = 1e-9; /* relative to the number of steps */
 
-/* a grid as the request describes it */
 struct grid {
     double start, stop, step;
     long count; /* 0 = the grid is defined by its step */

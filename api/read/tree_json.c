@@ -42,7 +42,6 @@ static const char *const tree_fields[] = {
 static const char *const arm_fields[] = {"name", "parent",          "length",
                                          "mass", API_TERMS_OF_ARMS, NULL};
 
-/* the state of reading a tree */
 struct tree_reading {
     const struct api_value *pendulum;
     struct api_problem *problem;
@@ -99,7 +98,6 @@ static int fault_is_known(const struct tree_reading *reading, enum pend_field fi
     return 0;
 }
 
-/* adds an error that core found */
 static void tree_report(void *context, enum pend_field field, int i, int j, const char *text) {
     const struct tree_reading *reading = context;
     const char *name = forms[reading->form].blamed[field];
@@ -107,7 +105,6 @@ static void tree_report(void *context, enum pend_field field, int i, int j, cons
         tree_fault(reading, name, i, j, text ? text : "is invalid");
 }
 
-/* adds an error that terms_json found */
 static void term_fault(void *context, const char *field, int i, const char *text) {
     const struct tree_reading *reading = context;
     int mass = !strcmp(field, "mass");
@@ -290,7 +287,6 @@ static int tree_count(const struct tree_reading *reading) {
     return lone;
 }
 
-/* adds an error at the first list of a form without arms */
 static void fault_empty(const struct tree_reading *reading) {
     char found[API_FOUND_BYTES];
     for (int i = 0; i < 3 && forms[reading->form].field[i]; i++) {
@@ -329,7 +325,6 @@ static void hang_on_cart(struct tree_reading *reading) {
     reading->bare[n] = 0;
 }
 
-/* reads the arms and the terms, and builds the tree and the list */
 static enum pend_status read_whole(struct tree_reading *reading, struct api_tree *tree) {
     struct pend_fault_sink sink = {tree_report, reading, API_PROBLEM_FAULTS};
     size_t n = (size_t)reading->n;

@@ -257,7 +257,6 @@ static void look_work(struct srv_topic *topic) {
 
 /* --- change numbers of rooms --- */
 
-/* Lists the rooms, and frees those without listeners. */
 static void marks_gather(struct class_topic *look) {
     struct srv_list *next;
     for (struct srv_list *link = look->rooms.next; link && link != &look->rooms; link = next) {

@@ -258,7 +258,6 @@ int srv_class_request_check(struct srv_store_request *asked) {
     return 1;
 }
 
-/* Answers with the reason why nothing was written. */
 static void request_why(struct srv_class_request *own) {
     struct srv_exchange *exchange = own->exchange;
     const struct srv_config *config = &exchange->service->config;

@@ -21,7 +21,6 @@ static unsigned nickname_read(const char **text) {
     return bad ? 0xfffd : code;
 }
 
-/* Writes a character; returns its bytes, 4 at most. */
 static size_t nickname_write(char *to, unsigned code) {
     size_t bytes = code < 0x80 ? 1 : code < 0x800 ? 2 : code < 0x10000 ? 3 : 4;
     static const unsigned char first[] = {0, 0, 0xc0, 0xe0, 0xf0};

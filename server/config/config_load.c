@@ -290,7 +290,6 @@ static enum pend_status load_environment(struct srv_config *config, char *const 
     return PEND_OK;
 }
 
-/* sets the task that a flag selects */
 static enum pend_status load_flag(struct srv_config *config, const char *name, const char *value,
                                   struct pend_error *error) {
     int help = !strcmp(name, "help");

@@ -32,7 +32,6 @@ static const char *assets_policy(struct srv_exchange *exchange, const char *list
     return policy;
 }
 
-/* Adds the header fields that all of the page's files have. */
 static void assets_fields(struct srv_exchange *exchange, const char *keep, const char *policy) {
     srv_exchange_header(exchange, "Cache-Control", keep);
     srv_exchange_header(exchange, "Referrer-Policy", "no-referrer");
@@ -97,7 +96,6 @@ static enum pend_status assets_told(struct srv_exchange *exchange, const struct 
     return api_buffer_add(&exchange->answer, page->plain + head, page->plain_bytes - head);
 }
 
-/* Answers with the page for a link whose query sets its contents. */
 static void assets_telling(struct srv_exchange *exchange) {
     const struct srv_asset *page = assets_find("index.html");
     assert(page);

@@ -33,7 +33,6 @@ enum connection_state {
     CONNECTION_SENDING  /* libmicrohttpd sends the response */
 };
 
-/* A connection and its one exchange at a time. */
 struct connection {
     struct srv_exchange exchange; /* first: the exchange of a socket converts to its connection */
     struct srv_watched watched;
@@ -228,7 +227,6 @@ static enum MHD_Result connection_body(struct connection *connection, const char
     return MHD_YES;
 }
 
-/* The request is complete. */
 static enum MHD_Result connection_whole(struct connection *connection) {
     if (connection->refused || !srv_router_body(&connection->exchange))
         return connection_answer(connection);

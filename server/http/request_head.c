@@ -52,7 +52,6 @@ int srv_request_head_relayed(const char *name) {
     return 0;
 }
 
-/* Joins the values "a" and "b" of two fields to "a, b". */
 static const char *head_join(struct srv_exchange *exchange, const char *first, const char *second) {
     size_t bytes = strlen(first) + strlen(second) + 3;
     char *text = srv_exchange_text(exchange, bytes);

@@ -139,7 +139,6 @@ static int response_ages(struct MHD_Response *response, const struct srv_exchang
            response_field(response, "Link", response_ages_link);
 }
 
-/* Adds fields that depend on the client and on the operator. */
 static int response_client(struct MHD_Response *response, const struct srv_exchange *exchange) {
     return response_cors(response, exchange) && response_quota(response, exchange) &&
            response_ages(response, exchange);
@@ -163,7 +162,6 @@ static int response_fields(struct MHD_Response *response, const struct srv_excha
 
 /* --- bodies --- */
 
-/* Copies bytes of a stream for libmicrohttpd. */
 static ssize_t response_read(void *context, uint64_t position, char *to, size_t cap) {
     struct srv_response_stream *stream = context;
     long count = stream->exchange->listens

@@ -231,7 +231,6 @@ static const char *router_meant(const char *path) {
     return api_did_you_mean(under, patterns);
 }
 
-/* Answers OPTIONS, 404 or 405 if there is no route. */
 static int router_exists(struct srv_exchange *exchange) {
     if (exchange->route) return 1;
     if (exchange->probes) {
@@ -282,7 +281,6 @@ static int router_argument(struct srv_exchange *exchange, const char *argument, 
  * many connections. */
 static int router_unrefused(struct srv_exchange *exchange) { return !exchange->status; }
 
-/* Looks up the route; answers if there is none. */
 static int router_find(struct srv_exchange *exchange) {
     const char *argument = NULL;
     size_t bytes = 0;

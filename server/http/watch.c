@@ -68,7 +68,6 @@ static void watch_expire(struct srv_watch *watch, struct srv_watched *watched) {
     watched->deadline = 0;
 }
 
-/* Checks whether the client of a waiting connection is still there. */
 static void watch_look(struct srv_watched *watched) {
     struct pollfd look = {.fd = watched->fd, .events = POLLRDHUP};
     if (watched->seen >= WATCH_SIGHTS || poll(&look, 1, 0) <= 0) return;

@@ -103,7 +103,6 @@ static void listener_free(struct srv_events *events, struct srv_listener *listen
     listener->topic->drop(listener);
 }
 
-/* Ends a wait: the topic answers the exchange. */
 static void listener_answer(struct srv_events *events, struct srv_listener *listener) {
     struct srv_exchange *exchange = listener->exchange;
     assert(listener->until && exchange->listener == listener);
@@ -116,7 +115,6 @@ static void listener_answer(struct srv_events *events, struct srv_listener *list
 
 /* --- public functions --- */
 
-/* One share of the limit, at least 1. */
 static int events_part(int most, int share) { return most / share > 0 ? most / share : 1; }
 
 /* Returns 1 if the client, or all clients of its address or account together, have used their share

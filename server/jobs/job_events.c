@@ -68,7 +68,6 @@ static struct job_listener *job_listener(const struct srv_listener *listener) {
     return SRV_CONTAINER_OF(listener, struct job_listener, listener);
 }
 
-/* Returns 1 if the job has changed since the last event. */
 static int job_news(const struct srv_listener *listener) {
     const struct job_listener *own = job_listener(listener);
     char id[SRV_EVENT_ID];
@@ -152,7 +151,6 @@ static int look_find(const struct job_topic *look, const char *id) {
     return i;
 }
 
-/* Lists the jobs that have listeners. */
 static int look_gather(struct srv_topic *topic, struct srv_list *listeners, int due) {
     struct job_topic *look = SRV_CONTAINER_OF(topic, struct job_topic, topic);
     look->count = 0;

@@ -86,7 +86,6 @@ static int jobs_read_key(const char *text, char key[SRV_STORE_REQUEST_KEY + 1]) 
     return 1;
 }
 
-/* The value of a hexadecimal digit; -1 for other characters. */
 static int jobs_hex(char letter) {
     static const char digits[] = "0123456789abcdefABCDEF";
     const char *at = letter ? strchr(digits, letter) : NULL;
@@ -298,7 +297,6 @@ static void jobs_found(struct srv_store_request *asked, enum srv_stored stored) 
     srv_store_request_end(asked);
 }
 
-/* Answers with a job after a wait for its end. */
 static void jobs_awaited(struct srv_exchange *exchange, const struct srv_job *job) {
     if (job)
         jobs_answer_job(exchange, 200, job);
@@ -307,7 +305,6 @@ static void jobs_awaited(struct srv_exchange *exchange, const struct srv_job *jo
                              "the job was deleted while this request waited for it to finish");
 }
 
-/* Continues GET /v1/jobs/{id}?wait=N. */
 static void jobs_found_wait(struct srv_store_request *asked, enum srv_stored stored) {
     int seconds = jobs_read_wait(asked->exchange->query + strlen("wait="), "");
     if (stored != SRV_STORED || !seconds || srv_job_over(&asked->job))

@@ -57,7 +57,6 @@ static void store_request_done(struct srv_ask *ask) {
     asked->answer(asked, ask->call.stored);
 }
 
-/* Runs the query, unless the client has left. */
 static enum srv_stored store_request_run(struct srv_store *store, struct srv_store_call *call) {
     struct srv_store_request *asked = SRV_CONTAINER_OF(call, struct srv_store_request, ask.call);
     if (asked->reads && srv_inflight_left(asked->exchange) == SRV_STOP_LEFT)
@@ -65,7 +64,6 @@ static enum srv_stored store_request_run(struct srv_store *store, struct srv_sto
     return asked->run(store, call);
 }
 
-/* Submits a query, with the function that receives its result. */
 static void
 store_request_sends(struct srv_store_request *asked, enum srv_ask_kind kind,
                     enum srv_stored (*run)(struct srv_store *store, struct srv_store_call *call),

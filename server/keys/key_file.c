@@ -45,7 +45,6 @@ static int key_file_lock(const char *path, struct pend_error *error) {
     return -1;
 }
 
-/* Writes the whole text and syncs it to disk. */
 static int key_file_fill(int fd, const struct api_buffer *text) {
     size_t done = 0;
     while (done < text->bytes) {

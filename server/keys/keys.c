@@ -32,7 +32,6 @@ void srv_keys_clear(struct srv_keys *keys) {
 
 /* --- a key --- */
 
-/* Computes the check digits at the end of a key. */
 static void keys_check(const char *token, char check[API_DIGEST_BYTES]) {
     char secret[KEYS_SECRET + 1];
     snprintf(secret, sizeof secret, "%.*s", KEYS_SECRET, token + KEYS_PREFIX);
@@ -198,7 +197,6 @@ int srv_keys_instant(const char *text, int64_t now, int64_t *instant) {
 
 /* --- text --- */
 
-/* Parses one field of a key's line, such as "role=batch". */
 static enum pend_status keys_field(struct srv_key *key, const char *field,
                                    struct pend_error *error) {
     static const char *const words[] = {"role=", "made=", "expires=", "revoked=", "digest="};
@@ -227,7 +225,6 @@ static enum pend_status keys_field(struct srv_key *key, const char *field,
                      "%s must be like 2026-01-31T09:30:00Z, got '%.40s'", words[word], value);
 }
 
-/* Parses the fields after "key". */
 static enum pend_status keys_line_key(struct srv_keys *keys, char **rest,
                                       struct pend_error *error) {
     struct srv_key key = {.role = SRV_ROLE_NONE};
@@ -245,7 +242,6 @@ static enum pend_status keys_line_key(struct srv_keys *keys, char **rest,
     return srv_keys_add(keys, &key, error);
 }
 
-/* Parses the fields after "role". */
 static enum pend_status keys_line_role(struct srv_keys *keys, char **rest,
                                        struct pend_error *error) {
     const char *name = strtok_r(NULL, " \t\r", rest);

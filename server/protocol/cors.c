@@ -14,7 +14,6 @@ const char srv_cors_fields[] =
     "Accept, Authorization, Class-Token, Content-Type, Idempotency-Key, If-None-Match, If-Range, "
     "Job-Title, Last-Event-ID, Prefer, Range, Traceparent, X-Request-Id";
 
-/* true if the list contains the entry */
 static int cors_lists(const char *list, const char *entry) {
     size_t bytes = strlen(entry);
     for (const char *at = list; *at; at += strcspn(at, ","), at += *at == ',') {

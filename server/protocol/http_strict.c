@@ -69,7 +69,6 @@ static void strict_go(struct srv_http_strict *strict, enum srv_http_strict_place
     strict->part = 0;
 }
 
-/* continues if the byte is the expected one */
 static void strict_expect(struct srv_http_strict *strict, unsigned char c, unsigned char wanted,
                           enum srv_http_strict_place place, const char *detail) {
     if (c == wanted)

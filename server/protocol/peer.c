@@ -120,7 +120,6 @@ static char *peer_for(char *element) {
     return element + strlen(element);
 }
 
-/* removes quotes, brackets and the port from an address */
 static char *peer_bare(char *text) {
     if (*text == '"') {
         text++;

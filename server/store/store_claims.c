@@ -296,7 +296,6 @@ static void floor_lower(struct srv_store_floor *floor, const struct ready *ready
     if (least < floor->rank) floor->rank = least;
 }
 
-/* claims one part from each of a client's jobs */
 static enum srv_stored claim_client(struct srv_store *store, const struct turn *client, int most,
                                     struct claim *claim) {
     struct row_ready rows = {0};
@@ -322,7 +321,6 @@ static enum srv_stored claim_client(struct srv_store *store, const struct turn *
     return stored;
 }
 
-/* claims from the clients in the order of their turns */
 static enum srv_stored claim_turns(struct srv_store *store, const struct row_clients *clients,
                                    struct claim *claim) {
     for (int i = 0; i < clients->count; i++) {

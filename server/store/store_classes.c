@@ -247,7 +247,6 @@ static enum srv_stored class_join(struct srv_store *store, struct srv_class_put 
     return class_change(store, room);
 }
 
-/* The names of a pupil's items to delete. */
 struct class_own {
     const char *code;
     int count;
@@ -426,7 +425,6 @@ enum srv_stored srv_store_class(struct srv_store *store, const char *code, const
     return srv_store_end(store, class_find(store, SQL_CLASS, code, who, room));
 }
 
-/* The receiver of the items read. */
 struct class_taker {
     const char *code;
     srv_class_item_fn *take;

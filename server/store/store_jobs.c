@@ -70,7 +70,6 @@ static long long submit_held(const struct srv_job_order *order) {
            SRV_PART_BYTES * (long long)(order->parts - 1);
 }
 
-/* fills in the job that the statement SQL_JOB_PUT creates */
 static void submit_job(const struct srv_job_order *order, int64_t now, struct srv_job *job) {
     *job = (struct srv_job){.parts = order->parts,
                             .chained = order->chained,
@@ -205,7 +204,6 @@ enum srv_stored srv_store_job_request(struct srv_store *store, const char *id, v
     return stored == SRV_STORED ? SRV_STORED_DAMAGED : stored;
 }
 
-/* reads the jobs after one, or the first jobs */
 static enum srv_stored list_after(struct srv_store *store, const char *client, const char *before,
                                   struct srv_row_jobs *rows) {
     struct srv_row_wholes created = {.count = 1};

@@ -19,7 +19,6 @@ enum srv_stored srv_store_extend(struct srv_store *store, const struct srv_lease
     return srv_store_end(store, stored);
 }
 
-/* reads a part and its job, both locked */
 static enum srv_stored row_held(void *context, const struct srv_value field[]) {
     struct srv_store_ahead *ahead = context;
     if (ahead->rows == SRV_STORE_AHEAD) return SRV_STORED;
@@ -62,7 +61,6 @@ static int ahead_take(struct srv_store_ahead *ahead, const struct srv_lease *lea
     return 0;
 }
 
-/* locks and reads a part and its job */
 static enum srv_stored lease_read(struct srv_store *store, const struct srv_lease *lease,
                                   struct srv_store_held *held) {
     struct srv_row_jobs row = {.cap = 1, .job = &held->job, .with_part = 1};

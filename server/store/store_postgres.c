@@ -170,7 +170,6 @@ static int postgres_settle(struct postgres_sql *own) {
     return good && postgres_suits(own) && PQenterPipelineMode(own->connection);
 }
 
-/* records the database's last message, or that there was no reply */
 static void postgres_complain(struct postgres_sql *own, const PGresult *result) {
     static_assert(ANSWER_MS == 10000, "the limit is in a text");
     static_assert(CONNECTIONS_LEFT == 8, "the number is in a text");
@@ -183,7 +182,6 @@ static void postgres_complain(struct postgres_sql *own, const PGresult *result) 
                                               : PQerrorMessage(own->connection));
 }
 
-/* records why there is no connection, and when to retry */
 static void postgres_lost(struct postgres_sql *own) {
     postgres_complain(own, NULL);
     own->wait_ms = !own->wait_ms                     ? FIRST_WAIT_MS
@@ -228,7 +226,6 @@ static enum pend_status postgres_open(struct srv_sql **sql, const char *url, int
     return status;
 }
 
-/* reconnects; the delay between attempts grows */
 static int postgres_again(struct postgres_sql *own) {
     int64_t now = postgres_clock_ms();
     if (now < own->retry_ms || own->pooled) return 0;

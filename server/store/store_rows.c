@@ -77,7 +77,6 @@ void srv_row_word(struct srv_row *row, size_t least, char text[], size_t cap, co
     if (!good && !row->flaw) row->flaw = column;
 }
 
-/* checks the numbers of a job's row against each other */
 static const char *row_job_flaw(const struct srv_job *job) {
     int over = job->state > SRV_JOB_RUNNING;
     if (job->done > job->parts) return "done";

@@ -39,7 +39,6 @@ static enum srv_stored scene_count(struct srv_store *store, const char *name, co
     return SRV_STORED;
 }
 
-/* changes the number of all scenes by one, up or down */
 static void scene_count_all(struct srv_store *store, int count, size_t bytes) {
     assert(count == 1 || count == -1);
     store->tally.changes[SRV_TALLY_SCENES] += count;
@@ -60,7 +59,6 @@ static enum srv_stored scene_keeper_put(struct srv_store *store, const char *id,
     return scene_count(store, client, source, 1, bytes);
 }
 
-/* adds a client to a stored, locked scene */
 static enum srv_stored scene_keep(struct srv_store *store, const char *id, const char *client,
                                   const char *source, size_t bytes) {
     int keeps;

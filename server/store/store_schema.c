@@ -5,7 +5,6 @@
 
 #include "server/store/store_rows.h"
 
-/* The tables, one statement each. */
 static const char *const schema[] = {
     /* source: address or account of the client; turn: order of its next claim; weight: turns per
      * claim; sums: open jobs, jobs with claimable parts, stored bytes, scenes */
@@ -102,7 +101,6 @@ static enum srv_stored schema_read(struct srv_sql *sql, int64_t *version) {
     return SRV_STORED_BROKEN;
 }
 
-/* creates the tables unless another process has done so meanwhile */
 static enum srv_stored schema_make(struct srv_sql *sql, int64_t *version) {
     SRV_STORED_TRY(schema_run(sql, "{alone}"));
     SRV_STORED_TRY(

@@ -235,7 +235,6 @@ static void sqlite_before(struct sqlite_sql *own) {
     own->full = 0;
 }
 
-/* prepares a statement unless it is cached, and binds its values */
 static int sqlite_prepare(struct sqlite_sql *own, sqlite3_stmt **statement, const char *text,
                           int keep, const struct srv_value value[], int count) {
     int code = SQLITE_OK;

@@ -23,7 +23,6 @@ static int disk_hook(void *context, sqlite3 *db, const char *name, int pages) {
     return SQLITE_OK;
 }
 
-/* reads the integer result of a pragma */
 static int disk_pragma(sqlite3_stmt *pragma, sqlite3_int64 *value) {
     int code = sqlite3_step(pragma);
     *value = code == SQLITE_ROW ? sqlite3_column_int64(pragma, 0) : 0;

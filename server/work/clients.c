@@ -25,7 +25,6 @@ enum pend_status srv_clients_new(struct srv_clients **clients) {
     return PEND_OK;
 }
 
-/* Removes a record from the list of those without references. */
 static void clients_unlink(struct srv_clients *clients, struct srv_client *client) {
     srv_list_remove(&client->idle);
     clients->idle_count--;

@@ -328,7 +328,6 @@ static int compute_run(struct srv_task *task) {
 
 /* --- in and out --- */
 
-/* Answers a computation that the queue has refused. */
 static void compute_refuse(struct srv_work *work, enum pend_status status) {
     struct srv_service *service = work->service;
     struct srv_list taken = {0};

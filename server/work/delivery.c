@@ -22,7 +22,6 @@ size_t srv_delivery_bytes(const struct srv_work *work) {
            (work->source ? work->source->body_bytes : 0);
 }
 
-/* Updates the count of the bytes that a computation holds. */
 static void delivery_hold(struct srv_work *work) {
     srv_hold_set(&work->hold, srv_delivery_bytes(work));
 }
@@ -105,7 +104,6 @@ int srv_delivery_pass(struct srv_work *work, int ended) {
     return go_on;
 }
 
-/* Passes the written bytes to the reader, after the head was sent. */
 static void delivery_begin(struct srv_work *work, struct srv_exchange *reader,
                            struct srv_response_body *head, const struct api_answer *answer,
                            int coded) {

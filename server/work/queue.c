@@ -84,12 +84,10 @@ static void queue_unlink(struct srv_queue *queue, struct srv_task *task) {
     queue_count(queue, task, -1);
 }
 
-/* Wakes a worker, or the reader, for a task of a level. */
 static void queue_tell(struct srv_queue *queue, int level) {
     sem_post(level == SRV_QUEUE_READ ? &queue->read : &queue->some);
 }
 
-/* The largest number of tasks of a road. */
 static int queue_road_cap(const struct srv_queue *queue) {
     int most = queue->cap - queue->cap / 4;
     return most > queue->lane_cap ? most : queue->lane_cap;

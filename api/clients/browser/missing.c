@@ -63,7 +63,6 @@ void qsort_r(void *data, size_t count, size_t size,
     free(spare);
 }
 
-/* imported; does not return */
 void elsewhere(void);
 
 static double elsewhere_bytes(const struct api_table *table) {

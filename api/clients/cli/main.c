@@ -377,7 +377,6 @@ static const struct {
 } commands[] = {{"run", 1, run},   {"modes", 1, modes}, {"map", 1, map},
                 {"jobs", 0, jobs}, {"get", 1, get},     {"cancel", 1, cancel}};
 
-/* ends the program with an explanation of a wrong command line */
 static void mistaken(int count, char **word) {
     for (size_t i = 0; count > 0 && i < sizeof commands / sizeof *commands; i++)
         if (!strcmp(word[0], commands[i].name))

@@ -135,7 +135,6 @@ void cli_assign(struct cli_fields *fields, const char *assignment) {
     free(name);
 }
 
-/* adds a value that must be JSON */
 static void strict(struct cli_fields *fields, const char *name, const char *json) {
     struct api_json *document = parsed(json, strlen(json), name);
     api_json_free(&document);

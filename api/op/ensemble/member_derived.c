@@ -56,7 +56,6 @@ double api_member_derived_bytes(const struct api_derived *derived, const struct 
            api_derived_bytes(derived, tree, api_derived_cap(derived, instants));
 }
 
-/* sets the pendulum and the start of a member */
 static void fill(struct api_member_derived *d, long member) {
     const struct api_tree *tree = d->of.tree;
     size_t bytes = (size_t)tree->tree->n * sizeof(double);

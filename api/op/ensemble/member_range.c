@@ -33,7 +33,6 @@ static double *range_row(const struct api_member_range *range, long member, long
     return range->raw + ((member - range->first) * api_ensemble_rows(e) + row) * e->numbers;
 }
 
-/* a member's number in the answer */
 static long range_number(const struct api_member_range *range, long i) {
     return range->ensemble->members.first + i;
 }
@@ -118,7 +117,6 @@ static void range_rows(void *context, long i, long first, int count, const doubl
     }
 }
 
-/* fills in unknown numbers */
 static void range_unknown(double at[], long count) {
     for (long i = 0; i < count; i++) at[i] = NAN;
 }

@@ -30,7 +30,6 @@ static double member_value(const struct api_members *members, const struct api_v
     return of->spread == API_SPREAD_LOG ? exp(x) : x;
 }
 
-/* sets one number of a member, except an energy */
 static void member_set(const struct api_members *members, struct pend_member *member,
                        enum api_quantity quantity, int arm, int place, double x) {
     assert(quantity == API_VARY_GRAVITY || quantity == API_VARY_TERM || arm >= 0);

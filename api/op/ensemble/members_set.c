@@ -63,7 +63,6 @@ static enum pend_status read_sizes(struct api_sets *sets, const struct api_value
     return PEND_OK;
 }
 
-/* true if a number with this name exists */
 static int is_found(const struct api_target *target) {
     if (target->quantity == API_VARY_GRAVITY || target->quantity == API_VARY_ENERGY) return 1;
     return target->quantity == API_VARY_TERM ? target->place >= 0 : target->arm >= 0;

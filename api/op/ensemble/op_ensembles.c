@@ -90,7 +90,6 @@ static enum pend_status ensembles_begin(struct ensembles *op, struct api_buffer 
     return api_writer_new(&op->writer, op->format, &op->table, out);
 }
 
-/* continues the current range, or starts the next one */
 static enum pend_status ensembles_compute(struct ensembles *op, struct pend_error *error) {
     int done = 0;
     if (!op->range) {

@@ -153,7 +153,6 @@ static double phi(const struct place *p) { return p->equations->phi[p->tree->pla
 static double rate(const struct place *p) { return p->equations->rate[p->tree->place[p->k]]; }
 static double of_term(const struct place *p) { return of_arm(p, (enum pend_term_row)p->arg, p->k); }
 
-/* inertia of a rod or body about its center */
 static double inertia(const struct place *p) {
     double l = length(p);
     return of_arm(p, PEND_TERM_ROD, p->k) * l * l / 12 + of_arm(p, PEND_TERM_INERTIA, p->k);

@@ -167,7 +167,6 @@ static int count_runs(const struct api_value *root, const struct api_value *data
     return 0;
 }
 
-/* reads all runs; `part` has one entry per run */
 static enum pend_status read_runs(struct api_fit *fit, struct api_fit_part part[],
                                   const struct api_value *data, int modes,
                                   const struct api_reading *reading) {

@@ -98,7 +98,6 @@ static int hint_zero(struct api_hints *h) {
     return fabs(most) > 0.005;
 }
 
-/* the tracks of two arms were exchanged */
 static int hint_exchange(struct api_hints *h, int pair) {
     struct api_fit *fit = &h->tried;
     int a = pair == 1 ? 1 : 0, b = pair == 0 ? 1 : 2, seen = 0;
@@ -111,7 +110,6 @@ static int hint_exchange(struct api_hints *h, int pair) {
     return seen == 3;
 }
 
-/* x and y exchanged */
 static int hint_axes(struct api_hints *h) {
     struct api_fit *fit = &h->tried;
     unsigned seen = 0;
@@ -248,7 +246,6 @@ static int hints_put(struct api_hints *h) {
     return api_fit_guess(&h->tried) == PEND_OK;
 }
 
-/* keeps the sentence of the best try so far */
 static void hints_take(struct api_hints *h) {
     struct pend_fit_result r = pend_fit_result(h->search);
     assert(h->next > 0);

@@ -137,7 +137,6 @@ static enum pend_status give_terms(struct api_tree *tree, const struct api_value
 
 /* sets the pendulum's own numbers in the caller's order */
 
-/* the pendulum's own numbers in the caller's order */
 static enum pend_status fit_arms(struct api_fit *fit) {
     size_t n = (size_t)api_tree_stored(&fit->tree);
     const struct pend_tree *tree = fit->tree.tree;

@@ -101,7 +101,6 @@ static const struct {
              {"phid", PEND_FIT_RATE, 0},
              {"passes", PEND_FIT_PASSAGE, 1}};
 
-/* whether values are in rad or rad/s */
 static int is_turn(enum pend_fit_kind kind) {
     return kind == PEND_FIT_PHI || kind == PEND_FIT_RATE || kind == PEND_FIT_AMPLITUDE ||
            kind == PEND_FIT_PASSAGE;

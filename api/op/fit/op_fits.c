@@ -100,7 +100,6 @@ static enum pend_status write_residuals(const struct fits *fits, const struct pe
     return status == PEND_OK ? api_buffer_text(out, "]") : status;
 }
 
-/* writes the residuals of modes, if there are several runs */
 static enum pend_status write_modes(const struct fits *fits, const struct pend_fit_result *r,
                                     struct api_buffer *out) {
     const struct api_fit *asked = &fits->asked;
@@ -111,7 +110,6 @@ static enum pend_status write_modes(const struct fits *fits, const struct pend_f
     return api_buffer_text(out, "]");
 }
 
-/* writes the start of a run and the times of its data */
 static enum pend_status write_start(const struct fits *fits, int run, double row[],
                                     struct api_buffer *out) {
     const struct api_fit *asked = &fits->asked;
@@ -180,7 +178,6 @@ static enum pend_status write_runs(const struct fits *fits, const struct pend_fi
     return api_buffer_text(out, "]");
 }
 
-/* writes the outliers, by their position in the request */
 static enum pend_status write_outliers(const struct api_fit *asked, const struct pend_fit_result *r,
                                        struct api_buffer *out) {
     int count = 0;

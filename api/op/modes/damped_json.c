@@ -182,7 +182,6 @@ static enum pend_status damped_find(struct api_damped *damped, int *found,
     return PEND_OK;
 }
 
-/* writes an array of rows, one per mode */
 static enum pend_status damped_rows(const struct api_damped *damped, const char *name,
                                     const double row[], struct api_buffer *out) {
     int n = damped->tree->n;

@@ -133,7 +133,6 @@ static void read_include(struct api_modes *modes, const struct api_value *value,
                         api_format_json.media_type, reading->format->media_type);
 }
 
-/* reads the fields that determine the form of the answer */
 static void read_style(struct api_modes *modes, const struct api_value *root,
                        struct api_problem *problem) {
     static const char *const names[] = {"first", "mass", "max", NULL};

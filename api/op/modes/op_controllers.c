@@ -308,7 +308,6 @@ static enum pend_status write_row(const struct controllers *c, const struct foun
     return api_out_numbers(out, name, count, f->row, (int)c->digits);
 }
 
-/* writes the matrices A and B of one sampling period */
 static enum pend_status write_plant(const struct controllers *c, const struct found *f,
                                     struct api_buffer *out) {
     const struct pend_loop *loop = f->loop;
@@ -361,7 +360,6 @@ static enum pend_status write_control(const struct controllers *c, const struct 
     return api_buffer_text(out, "]");
 }
 
-/* writes the indices of the modes below the bound */
 static enum pend_status write_missed(const struct found *f, const char *name, const double part[],
                                      struct api_buffer *out) {
     int count = 0;

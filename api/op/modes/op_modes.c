@@ -64,7 +64,6 @@ static void modes_clear(void *state) {
 
 /* ---- reading */
 
-/* sets the columns of the table, which has one row per mode */
 static void modes_columns(struct modes *modes) {
     static const enum scalar always[] = {MODE, OMEGA, FREQUENCY};
     struct api_table *table = &modes->table;
@@ -197,7 +196,6 @@ static void modes_fill(const struct modes *modes) {
     }
 }
 
-/* decomposes the start into the next few modes */
 static enum pend_status modes_split(struct modes *modes, struct pend_error *error) {
     struct pend_modes few = *modes->found;
     int done = modes->split,
@@ -237,7 +235,6 @@ static int scalar_of(const char *name) {
     return i;
 }
 
-/* for JSON: writes all lists with one entry per mode */
 static enum pend_status write_lists(const struct modes *modes, struct api_buffer *out) {
     const struct api_table *table = &modes->table;
     int identity = modes->asked.request.select == PEND_SELECT_ALL;

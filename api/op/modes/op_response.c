@@ -242,7 +242,6 @@ static double response_rub(const struct response *response, int k, size_t from, 
     return pend_rest_beyond(loads, k, omega * hypot(x, y), way);
 }
 
-/* fills in a row with the results of lane `lane` */
 static void response_row(struct response *response, long row, int lane, int defined,
                          const struct pend_response_drive *drive) {
     const struct api_tree *tree = &response->asked.tree;
@@ -278,7 +277,6 @@ static void response_row(struct response *response, long row, int lane, int defi
 }
 
 /* computes the next frequencies: a group side by side, or one with drives of its own */
-/* Returns the frequency of row i, rad/s. O(1). */
 static double response_omega(const struct api_response *asked, long i) {
     assert(i >= 0 && i < asked->rows);
     if (asked->list) return asked->list[i];

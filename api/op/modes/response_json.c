@@ -84,7 +84,6 @@ static void read_cart(struct api_response *asked, const struct api_value *value,
                                          amplitude_most, "N", &asked->couple, problem) > 0;
 }
 
-/* reads the drive by the pendulum's own harmonics */
 static void read_own(struct api_response *asked, const struct api_value *value,
                      struct api_problem *problem) {
     const struct pend_terms *terms = asked->tree.loads.terms;

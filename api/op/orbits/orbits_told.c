@@ -17,7 +17,6 @@ const char *api_orbits_end(enum pend_orbits_end end) {
     return ends[end];
 }
 
-/* writes why no other branch was found at a bifurcation */
 static void told_apart(const struct pend_orbits *search, char text[API_WARNING_TEXT]) {
     static const char *const whys[PEND_ORBITS_KINDS] = {
         [PEND_ORBITS_FOLD] =
@@ -48,7 +47,6 @@ static void told_back(const struct pend_orbits *search, char text[API_WARNING_TE
                  "does not reach the requested end");
 }
 
-/* writes the effect of equal branches on the orbits found */
 static void told_twins(const struct pend_orbits *search, char text[API_WARNING_TEXT]) {
     int twin[2], against, likes = pend_orbits_twins(search, twin, &against);
     size_t used = strlen(text);
