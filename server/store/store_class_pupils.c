@@ -36,7 +36,7 @@ enum srv_stored srv_store_class_comes(struct srv_store *store, const char *code,
     return srv_store_end(store, srv_store_class_from(store, code, source, count));
 }
 
-/* The numbers in use for a fold; 1 = the name without a number. */
+/* The numbers in use for a folded name; 1 = the name without a number. */
 struct row_fold {
     const char *fold;
     size_t bytes;
