@@ -16,10 +16,11 @@ static const double doubt_rounding = 2 * 0x1p-53, doubt_left = 2;
 VEC_INLINE void doubt_note(const struct ensemble_doubt *doubt, num time, num ratio) {
     num held = lane_get(doubt->held, 0), before = lane_get(doubt->ratio, 0),
         from = lane_get(doubt->time, 0);
+    wide_mask lost = (wide_mask)(ratio > 1) & (wide_mask)(held == ENSEMBLE_HELD);
+    if (!mask_set(lost)) return;
     num low = NUM_(log2)(num_max(before, num_of(0x1p-1000))),
         high = NUM_(log2)(num_min(ratio, num_of(0x1p1000)));
     num part = num_min(num_max(low / (low - high), num_of(0)), num_of(1));
-    wide_mask lost = (wide_mask)(ratio > 1) & (wide_mask)(held == ENSEMBLE_HELD);
     lane_put(doubt->held, 0, NUM_(pick)(lost, num_fma(part, time - from, from), held));
 }
 
@@ -84,6 +85,21 @@ static __attribute__((noinline)) void doubt_limit(num *sum, num *before, int las
     }
 }
 
+/* computes the errors at the end of a step as the sum of their series alone */
+VEC_INLINE void doubt_sum(const struct ensemble_doubt *doubt, const struct jets_system *change,
+                          num x, num inverse) {
+    for (int k = 0; k < change->n; k++) {
+        num phi = num_of(0), rate = num_of(0);
+        for (int j = doubt->order; j >= 0; j--) {
+            num c = change->rate[(size_t)j * change->stride + (size_t)k];
+            phi = num_fma(phi, x, c * change->share[j]);
+            rate = num_fma(rate, x, c);
+        }
+        lane_put(doubt->phi, k, num_fma(x, phi, lane_get(doubt->phi, k)));
+        lane_put(doubt->rate, k, rate * inverse);
+    }
+}
+
 /* Computes the errors at the end of a step: the sum of their series or, if its terms do not
  * decrease, as in a contracting motion, its limit. */
 static __attribute__((noinline)) void doubt_later(const struct ensemble_lanes *lanes,
@@ -138,7 +154,11 @@ VEC_INLINE num doubt_spread(const struct ensemble_lanes *lanes, const struct jet
                             lane_get(lanes->unit, 0), gravity, x);
     else
         force = doubt_change(lanes, s, &change->jets, gravity, inverse);
-    doubt_later(lanes, &change->jets, x, inverse);
+    /* a short motion without losses contracts nowhere for long */
+    if (!lanes->terms && doubt->order == JETS_SPREAD)
+        doubt_sum(doubt, &change->jets, x, inverse);
+    else
+        doubt_later(lanes, &change->jets, x, inverse);
     for (int k = 0; k < lanes->n; k++)
         strongest = num_max(strongest, num_abs(s->force[k] * square));
     lane_put(doubt->strongest, 0, strongest);
