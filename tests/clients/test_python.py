@@ -68,6 +68,18 @@ def test_results(client):
         length = [{"vary": "length", "arm": 1}]
         check("tables from a file", [column["is"] for column in one.tables(track)["tables"][0]["columns"]] == ["t", "theta 1"])
         check("fits of files", one.fits(track, unknowns=length)["status"] == "converged" and len(one.fits([track, track], unknowns=length)["runs"]) == 2)
+        frames = "".join(f'<property name="[{10 + i}]" type="object"><object class="org.opensourcephysics.cabrillo.tracker.PointMass$FrameData"><property name="x" type="double">'
+                         f'{320 + 200 * np.sin(0.6 * np.cos(i / 3)):.3f}</property><property name="y" type="double">{40 + 200 * np.cos(0.6 * np.cos(i / 3)):.3f}</property></object></property>' for i in range(30))
+        tracker, media = "org.opensourcephysics.cabrillo.tracker.", "org.opensourcephysics.media.core."
+        (pathlib.Path(home) / "swing.trk").write_text(f'<?xml version="1.0" encoding="UTF-8"?><object class="{tracker}TrackerPanel"><property name="startframe" type="int">10</property>'
+            f'<property name="delta_t" type="double">100.0</property><object class="{media}ImageCoordSystem"><object class="{media}ImageCoordSystem$FrameData"><property name="xorigin" type="double">320</property>'
+            f'<property name="yorigin" type="double">40</property><property name="xscale" type="double">200</property></object></object><object class="{tracker}PointMass"><property name="framedata" type="array">{frames}</property></object></object>')
+        np.savez(pathlib.Path(home) / "swing.npz", t=np.arange(30) / 10, theta=np.cos(np.arange(30) / 3)[:, None])
+        for kind in ("trk", "npz", "mat")[:3 if optional("scipy") else 2]:
+            if kind == "mat":
+                __import__("scipy.io").io.savemat(pathlib.Path(home) / "swing.mat", {"t": np.arange(30) / 10, "theta": np.cos(np.arange(30) / 3)[:, None]})
+            fit = one.fits(pathlib.Path(home) / f"swing.{kind}", unknowns=length)
+            check(f"fits of .{kind}", fit["status"] == "converged" and fit["explained"] > 0.9 and fit["tables"][0]["rows"] == 30, fit)
         columns = {"t": np.arange(30) / 10, "theta": np.cos(np.arange(30) / 3)}
         same = one.fits(columns, unknowns=length)
         check("fits of columns", same["status"] == "converged" and (not optional("pandas") or __import__("pandas").DataFrame(columns).to_csv is not None

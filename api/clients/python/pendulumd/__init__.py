@@ -6,7 +6,7 @@
     print(motion.phi[-1], motion.stats["horizon"])
 
 The modules in order: pendulum (what is asked), operations (its methods), client and local (who answers), aio (coroutines),
-arrays (answers), pictures (plots), dataset (training data), envs (environments of reinforcement learning).
+arrays (answers), measured (files of measurements), pictures (plots), dataset (training data), envs (environments of reinforcement learning).
 """
 from .arrays import Result
 from .client import Client, Job, NoServer, Problem

@@ -19,6 +19,7 @@ import numpy as np
 from .arrays import Result
 from .client import Client
 from .local import Local
+from .measured import columns_of
 from .operations import ROUTES, Operations
 
 STATE = ("phi", "phid", "theta", "thetad", "unit", "mode", "amplitude")
@@ -36,7 +37,7 @@ def times_of(times: Any) -> Any:
 
 
 def _text(table: Any) -> str:
-    """Returns a table as CSV: a file in UTF-8, UTF-16 or Latin 1, a pandas.DataFrame, or a dict of columns."""
+    """Returns a table as CSV: a file of text in UTF-8, UTF-16 or Latin 1, of Tracker, NPZ or MATLAB, a pandas.DataFrame, or a dict of columns."""
     if hasattr(table, "to_csv"):
         return str(table.to_csv(index=table.index.name is not None))
     if isinstance(table, Mapping):
@@ -45,6 +46,9 @@ def _text(table: Any) -> str:
         return sink.getvalue()
     with open(table, "rb") as file:
         raw = file.read()
+    columns = columns_of(raw)
+    if columns:
+        return _text(columns)
     for encoding in ("utf-16",) if raw[:2] in (b"\xff\xfe", b"\xfe\xff") else ("utf-8-sig", "latin-1"):
         with contextlib.suppress(UnicodeDecodeError):
             return raw.decode(encoding)
