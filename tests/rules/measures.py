@@ -24,7 +24,7 @@ KNOWN = {"columns": 0, "files": 0, "functions": 0, "branches": 0, "comments": 0,
 BUDGET = {
     "C": (ROOMS, (".c", ".h", ".cpp"), 102600),
     "the page": (("server/web",), (".js", ".ts", ".css", ".html", ".json", ".md", ".txt"), 38000),
-    "tests": (("tests",), (".c", ".h", ".mjs", ".js", ".py", ".sh"), 87200),
+    "tests": (("tests",), (".c", ".h", ".mjs", ".js", ".py", ".sh"), 88000),
 }
 
 RULES = {
