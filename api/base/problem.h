@@ -55,6 +55,7 @@ struct api_problem {
     const char *type; /* type of the problem, a word of the table; NULL = none besides its status */
     char title[80];
     char detail[API_DETAIL_BYTES];
+    int deprecated;           /* whether the request uses a deprecated name; no problem */
     int count;                /* number of stored errors */
     long beyond;              /* number of further errors, which are only counted */
     struct api_fault *faults; /* API_PROBLEM_FAULTS errors, allocated when the first one occurs */

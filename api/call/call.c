@@ -159,6 +159,7 @@ static void call_head(struct api_call *call, long long length) {
                                        .media_type = type,
                                        .etag = call->digest,
                                        .length = length,
+                                       .deprecated = call->problem.deprecated,
                                        .has_stat_fields = op->stats != 0};
     if (call->columns[0]) call->answer.columns = call->columns;
     if (!op->table || !format->extension) return;
@@ -185,9 +186,7 @@ static enum pend_status call_read(struct api_call *call, const struct api_reques
     for (;;) {
         enum pend_status status = api_request_read(
             request, call->format, call->limits, &call->problem, &call->state, call->digest, NULL);
-        if (status == PEND_NO_MEMORY || !json || call->format == json) return status;
-        if (status == PEND_OK && !(call->op->json_only && call->op->json_only(call->state)))
-            return status;
+        if (status != PEND_INVALID || !json || call->format == json) return status;
         api_op_free(call->op, &call->state);
         api_problem_clear(&call->problem);
         call->format = json;

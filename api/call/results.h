@@ -16,6 +16,7 @@ struct api_answer {
     const struct api_stats_headers *stat_fields; /* header fields of the statistics once the answer
                                        is complete; NULL before, or if there are none */
     const char *accepts;   /* status 415: accepted media types, a static string; NULL = only JSON */
+    int deprecated;        /* the request uses a deprecated name */
     int has_stat_fields;   /* the answer will have such fields; trailers if it is streamed */
     const char *file_name; /* file name for saving; NULL if a browser should display the answer */
     const char *etag;      /* as api_call_etag; NULL for a problem */

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "api/encode/encode.h"
+#include "api/encode/encode_raw.h"
 #include "api/encode/stats_text.h"
 
 static const double turn_seconds = 0.001, hurried_seconds = 0.00025;
@@ -85,6 +85,15 @@ enum pend_status api_reading_tree(const struct api_reading *reading, struct api_
                                          "\"%s\" does not support yet: leave them out",
                     reading->op->name);
     return PEND_INVALID;
+}
+
+void api_reading_check_json(const struct api_reading *reading, const struct api_value *value,
+                            const char *what, const char *instead) {
+    if (reading->format == &api_format_json || reading->format == &api_format_raw) return;
+    api_value_fault(value, reading->problem,
+                    API_CODE_UNSUPPORTED
+                    "%s returned only in %s, not in %s: %s, or ask for that representation",
+                    what, api_format_json.media_type, reading->format->media_type, instead);
 }
 
 void api_reading_check_size(const struct api_reading *reading, const struct api_table *table,

@@ -143,9 +143,6 @@ struct api_op {
     /** Makes a state whose raw answer is complete write its answer once more, as JSON that contains
      * more than its table, without computing it again. NULL if JSON contains nothing more. */
     void (*json)(void *state);
-    /** True if this answer has members that only JSON can hold, so that it is sent as JSON if the
-     * client accepts that too; NULL if it never has. O(1). */
-    int (*json_only)(const void *state);
     /** Releases the state's memory, also if reading failed; NULL if it has none. */
     void (*clear)(void *state);
 };
@@ -174,6 +171,11 @@ const struct api_stats *api_op_stats(const struct api_op *op, const void *state)
  * does not support. */
 PEND_MUST_CHECK enum pend_status api_reading_tree(const struct api_reading *reading,
                                                   struct api_tree *tree);
+
+/** Adds an error unless the representation is JSON or that of a job's parts. what: "poles are";
+ * instead: another way out, "leave it out". */
+void api_reading_check_json(const struct api_reading *reading, const struct api_value *value,
+                            const char *what, const char *instead);
 
 /**
  * Adds an error for an answer that has to be stored and would be larger than max-answer-bytes.

@@ -4,18 +4,21 @@
 
 Each request example must be answered with success and a valid body; where the operation's answer has an example of the same name
 it must be that answer: the same fields, the same texts and whole numbers, other numbers to 1e-5 of the largest in their
-array. What a computation takes (stats) is compared by its fields alone. Then every preset is fetched, and its parts are
+array. What a computation takes (stats) is compared by its fields alone. Each form of an answer must have everything that its JSON has, or
+be refused in favour of JSON, which a client gets that accepts both. Then every preset is fetched, and its parts are
 posted as a trajectory; and the document of each tag, and of two, must have the operations of these tags, all components that they
 refer to, and no others. Prints "N passed, N failed".
 """
+import io
 import json
+import re
 import sys
 import tempfile
 import urllib.error
 import urllib.request
 
 from replies import BINARY, Document, Fault, named
-from rule import TOP
+from rule import TOP, optional
 from servers import daemon
 
 
@@ -105,8 +108,8 @@ def cases(document):
                 for name in answers.keys() - bodies.keys():
                     raise Fault(f"{path}: the answer {name} has no request")
                 for name, body in (bodies or {"": None}).items():
-                    if media_type != "application/json" and {"include", "poles"} & set(body or {}):
-                        continue  # matrices and poles are answered in JSON only
+                    if media_type != "application/json" and {"include", "poles", "branch"} & set(body or {}):
+                        continue  # matrices, poles and a whole branch are answered in JSON only
                     yield method, path, name, body, media_type, answers.get(name), good(operation)[0]
 
 
@@ -123,6 +126,64 @@ def example(document, base, method, path, name, body, media_type, want, status):
     got = check(document, base, method, path, body, media_type, status)
     if want is not None:
         compare(media_type, got, want)
+
+
+def leaves(value, name=""):
+    """The names of the parts of a JSON answer, as other forms have them: z_re, energy_total, stats_steps."""
+    if not isinstance(value, dict):
+        return {name}
+    return {leaf for key, part in value.items() for leaf in leaves(part, f"{name}_{key}".removeprefix("_"))}
+
+
+def parts(name, value):
+    """The leaves of an array of NPZ or MAT: complex numbers and structs have several."""
+    if value.dtype.names:
+        return {leaf for part in value.dtype.names for leaf in parts(f"{name}_{part}", value[part].flat[0])}
+    return {f"{name}_re", f"{name}_im"} if value.dtype.kind == "c" else {name}
+
+
+def names_in(form, data, headers):
+    """The leaves of an answer in a form; a form without a place for statistics has them all."""
+    if form == "application/x-npz":
+        return {leaf for name, value in optional("numpy").load(io.BytesIO(data)).items() for leaf in parts(name, value)}
+    if form == "application/x-matlab-data":
+        return {leaf for name, value in optional("scipy.io").io.loadmat(io.BytesIO(data)).items() if name[0] != "_" for leaf in parts(name, value)}
+    if form == "application/x-hdf5":
+        with optional("h5py").File(io.BytesIO(data)) as file:
+            return {*file, "warnings", *(f"stats_{name}" for name in file.attrs)}
+    if form == "application/vnd.apache.parquet":
+        footer = data[-8 - int.from_bytes(data[-8:-4], "little"):]
+        words = {word.decode().strip("_") for word in re.findall(rb"[a-z][a-z_]*", footer)}
+        return words | {f"stats_{word}" for word in words} | {"warnings"}
+    if form == "application/x-ndjson":
+        return {leaf for line in data.splitlines() for leaf in leaves(json.loads(line))}
+    columns = data.decode().split("\n")[0] if form == "text/csv" else re.sub(r"\[[0-9,]*\]", "", headers["X-Columns"])
+    return {re.sub(r"(_\d+)+$", "", name) for name in columns.split(",")} | ({"warnings"} if form != "text/csv" or b"\n# warning" in data else set())
+
+
+FORMS = {"text/csv": "json", "application/vnd.apache.parquet": "json", "application/octet-stream": "json", "application/x-ndjson": "json", "application/x-npz": "numpy",
+         "application/x-matlab-data": "scipy.io", "application/x-hdf5": "h5py"}
+# What stands in the statistics too, under these names.
+TOLD = {"end": "stats_end", "message": "stats_end", "identity_sum_inverse_omega_squared": "stats_sum_inverse_omega_squared",
+        "identity_length_total_over_g": "stats_length_total_over_g", "identity_relative_difference": "stats_relative_difference"}
+
+
+def carried(_, base, path, name, body):
+    whole = leaves(json.loads(ask(base + path, "post", body, "application/json")[2]))
+    for form, library in FORMS.items():
+        if not optional(library):
+            continue
+        request = urllib.request.Request(base + path, json.dumps(body).encode(), {"Content-Type": "application/json", "Accept": form})
+        try:
+            with urllib.request.urlopen(request, timeout=300) as answer:
+                has = names_in(form, answer.read(), answer.headers)
+        except urllib.error.HTTPError as error:
+            if error.code != 422 or b"only in application/json" not in error.read() or ask(base + path, "post", body, f"{form}, application/json;q=0.5")[0] != 200:
+                raise Fault(f"{form} is answered {error.code}, or JSON is no way out") from error
+            continue
+        lost = {leaf for leaf in whole if TOLD.get(leaf, leaf) not in has and not (TOLD.get(leaf, leaf).startswith("stats_") and form in ("text/csv", "application/octet-stream"))}
+        if lost:
+            raise Fault(f"{form} lacks {sorted(lost)}")
 
 
 def preset(document, base, name):
@@ -154,6 +215,8 @@ def tagged(_, base, path, *tags):
 def run(base):
     document, passed, failed = Document(TOP / "api/call/openapi.yaml"), 0, 0
     jobs = [(example, case) for case in cases(document)]
+    posts = {path: good(item["post"])[1]["content"] for path, item in document.document["paths"].items() if "post" in item}
+    jobs += [(carried, case[1:4]) for _, case in jobs if case[0] == "post" and case[4] == "application/json" and "application/x-npz" in posts[case[1]]]
     listed = json.loads(ask(base + "/v1/presets", "get", None, "application/json")[2])
     jobs += [(preset, (item["name"],)) for item in listed["presets"]]
     names = [tag["name"] for tag in document.document["tags"]]

@@ -35,7 +35,7 @@ enum { KILLS = 6, MOST_LIFE = 1 };
 
 #define LONG_BRANCH                                                                                \
     "{\"pendulum\":{\"length\":[1,1,1,1],\"mass\":[1,1,1,1],\"parent\":[0,1,2,3]},\"mode\":1,"     \
-    "\"amplitude\":0.8,\"branch\":true,\"step\":0.0005,\"points\":2500}"
+    "\"amplitude\":0.8,\"branch\":true,\"rows\":\"orbits\",\"step\":0.0005,\"points\":2500}"
 
 #define PASSAGES(duration)                                                                         \
     "{\"pendulum\":" ASK_DOUBLE ",\"section\":{\"arm\":1,\"theta\":0},\"duration\":" duration "}"

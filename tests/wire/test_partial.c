@@ -11,7 +11,7 @@
 
 #define BRANCH                                                                                     \
     "{\"pendulum\":{\"length\":[1,1,1,1],\"mass\":[1,1,1,1],\"parent\":[0,1,2,3]},\"mode\":1,"     \
-    "\"amplitude\":0.8,\"branch\":true,\"step\":0.0005,\"points\":2500}"
+    "\"amplitude\":0.8,\"branch\":true,\"rows\":\"orbits\",\"step\":0.0005,\"points\":2500}"
 
 /* too many members to compute during a test, or the first `%s` of them */
 #define MEMBERS                                                                                    \

@@ -5,7 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "api/encode/encode_raw.h"
 #include "api/op/modes/damped_json.h"
 
 static const char *const fields[] = {"pendulum", "initial", "drive",  "omega",
@@ -293,11 +292,7 @@ static void read_poles(struct api_response *asked, const struct api_value *value
                         "poles are found for at most %d arms, or %d without friction and drives, "
                         "but this pendulum has %d: leave it out",
                         API_POLES_DAMPED, API_POLES_ARMS, asked->tree.n);
-    if (asked->poles && reading->format != &api_format_json && reading->format != &api_format_raw)
-        api_value_fault(value, problem,
-                        API_CODE_UNSUPPORTED "poles are returned only in %s, not in %s: leave it "
-                                             "out, or ask for that representation",
-                        api_format_json.media_type, reading->format->media_type);
+    if (asked->poles) api_reading_check_json(reading, value, "poles are", "leave it out");
 }
 
 enum pend_status api_response_read(struct api_response *asked, const struct api_reading *reading) {

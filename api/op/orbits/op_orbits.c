@@ -280,12 +280,6 @@ static void orbits_json(void *state) {
     orbits->written = 0;
 }
 
-/* only JSON has both the orbits and the bifurcations of a branch */
-static int orbits_json_only(const void *state) {
-    const struct orbits *orbits = state;
-    return orbits->asked.problem.branch && !orbits->asked.rows;
-}
-
 static long orbits_steps(const void *state) {
     const struct orbits *orbits = state;
     long maps;
@@ -401,5 +395,4 @@ const struct api_op api_op_orbits = {.name = "orbits",
                                      .carry = orbits_carry,
                                      .stats = offsetof(struct orbits, stats),
                                      .json = orbits_json,
-                                     .json_only = orbits_json_only,
                                      .clear = orbits_clear};

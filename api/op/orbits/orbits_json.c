@@ -240,11 +240,16 @@ static void read_switch(struct api_orbits *asked, const struct api_value *root,
     asked->problem.switches = count;
 }
 
-static void read_rows(struct api_orbits *asked, const struct api_value *root,
-                      struct api_problem *problem) {
+/* reads which rows the answer has; a table has no place for bifurcations beside orbits */
+static void read_rows(struct api_orbits *asked, const struct api_reading *reading) {
     static const char *const words[] = {"orbits", "bifurcations", NULL};
-    struct api_value rows = api_value_member(root, "rows");
-    if (api_field_word(&rows, words, &asked->rows, problem) <= 0) return;
+    struct api_problem *problem = reading->problem;
+    struct api_value rows = api_value_member(reading->root, "rows");
+    int named = api_field_word(&rows, words, &asked->rows, problem);
+    if (!named && asked->problem.branch)
+        api_reading_check_json(reading, &rows, "is missing: orbits and bifurcations together are",
+                               "give \"orbits\" or \"bifurcations\"");
+    if (named <= 0) return;
     if (!asked->rows) api_value_usual(&rows);
     if (asked->rows && !asked->problem.branch)
         api_value_fault(&rows, problem,
@@ -274,7 +279,7 @@ enum pend_status api_orbits_read(struct api_orbits *asked, const struct api_read
     else
         read_brake(asked, root, problem);
     read_switch(asked, root, problem);
-    read_rows(asked, root, problem);
+    read_rows(asked, reading);
     asked->problem.step = asked->problem.branch ? step_usual : step_alone;
     (void)api_value_read_number(API_MEMBER(root, "step"), 1e-4, step_most, "", &asked->problem.step,
                                 problem);

@@ -182,7 +182,9 @@ TEST(what_looks_for_passages_exponents_forces_and_ensembles_tells_its_memory) {
             bytes_check(API_OP_RESPONSE, a ? json : npz, pendulum, rest);
             if (n <= 100) {
                 snprintf(rest, sizeof rest,
-                         ",\"mode\":%d,\"amplitude\":0.03,\"points\":2,\"branch\":true", n);
+                         ",\"mode\":%d,\"amplitude\":0.03,\"points\":2,\"branch\":true,\"rows\":"
+                         "\"orbits\"",
+                         n);
                 bytes_check(API_OP_ORBITS, a ? json : npz, pendulum, rest);
             }
             at = states;

@@ -80,7 +80,7 @@ static const struct {
      1, 0},
     {API_OP_ORBITS,
      "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"mode\":2,"
-     "\"amplitude\":0.5,\"branch\":true,\"points\":21}",
+     "\"amplitude\":0.5,\"branch\":true,\"rows\":\"orbits\",\"points\":21}",
      7, 0},
     {API_OP_ORBITS,
      "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"mode\":2,\"amplitude\":2,"
@@ -90,7 +90,7 @@ static const struct {
      "{\"pendulum\":{\"length\":[1],\"mass\":[1],\"parent\":[0],\"gravity\":1,\"damping\":[0.5],"
      "\"torque\":[{\"harmonics\":[{\"amplitude\":0.9,\"omega\":0.6666666666666666}]}]},"
      "\"settle\":50,\"branch\":{\"vary\":\"torque_amplitude\",\"arm\":1,\"to\":1.08},\"points\":30,"
-     "\"switch\":[1,1]}",
+     "\"switch\":[1,1],\"rows\":\"orbits\"}",
      7, 0},
     {API_OP_FITS,
      "{\"pendulum\":{\"length\":[1,1],\"mass\":[1,1],\"parent\":[0,1]},\"data\":{\"t\":[0,0.1,0.2,"

@@ -217,7 +217,7 @@ TEST(orbits_are_estimated_within_a_factor_of_six_of_what_was_measured) {
 
 TEST(orbits_come_as_tables_too) {
     static const char body[] =
-        "{" TWO ",\"mode\":1,\"amplitude\":0.5,\"branch\":true,\"points\":9}";
+        "{" TWO ",\"mode\":1,\"amplitude\":0.5,\"branch\":true,\"rows\":\"orbits\",\"points\":9}";
     static const struct {
         const char *accept, *text;
     } rows[] = {
