@@ -218,3 +218,23 @@ enum pend_status pend_modes_decompose(const struct pend_modes *modes, const stru
     free(product);
     return PEND_OK;
 }
+
+void pend_modes_slope(const struct pend_modes *modes, const struct pend_tree *tree,
+                      const struct pend_loads *loads, int mode, double slope[]) {
+    size_t n = (size_t)tree->n;
+    const double *v = modes->vector + (size_t)mode * n;
+    double omega = modes->omega[mode], size = 0;
+    double *x = slope, *work = slope + n; // displacement of each tip; sum g l v^2 of its path
+    assert(modes->n == tree->n && mode < modes->count && omega > 0);
+    for (size_t k = 0; k < n; k++) {
+        int p = tree->parent[k];
+        x[k] = (p < 0 ? 0 : x[p]) + tree->len[k] * v[k];
+        work[k] = (p < 0 ? 0 : work[p]) + loads->gravity * tree->len[k] * v[k] * v[k];
+        size += 2 * omega * tree->mass[k] * x[k] * x[k];
+    }
+    for (size_t k = 0; k < n; k++) {
+        work[k] = (work[k] - omega * omega * x[k] * x[k]) / size;
+        x[k] = -loads->gravity * tree->subtree_mass[k] * v[k] * v[k] / size;
+    }
+    slope[2 * n] = omega / (2 * loads->gravity);
+}

@@ -4,7 +4,7 @@
  * Invariant: vectors are combined only within a group of frequencies that agree to round-off. */
 #pragma once
 
-#include "core/tree/tree.h"
+#include "core/tree/loads.h"
 
 /* The largest size, relative to the largest entry of a vector, of an entry that counts as zero.
  * Example: the first entry of the paper's mode (0, 1, -1) is computed as a number of the size of
@@ -98,3 +98,15 @@ PEND_MUST_CHECK enum pend_status pend_modes_decompose(const struct pend_modes *m
                                                       const unsigned char up[],
                                                       const double theta[], const double rate[],
                                                       double first[], double second[]);
+
+/**
+ * Differentiates the frequency of a simple mode about hanging. Rayleigh's quotient omega^2 = sum g
+ * m_s l v^2 / sum m x^2 is stationary in the vector v; m_s is the mass of a sub-tree, x the
+ * displacement of a tip. A repeated frequency has no derivatives.
+ *
+ * slope  out, 2 n + 1 numbers: by the lengths, rad/(s m), and by the masses, rad/(s kg), in stored
+ *        order; by gravity, rad s/m.
+ * O(n).
+ */
+void pend_modes_slope(const struct pend_modes *modes, const struct pend_tree *tree,
+                      const struct pend_loads *loads, int mode, double slope[]);

@@ -101,6 +101,7 @@ static const struct test_request {
     {API_OP_MODES,
      "{" TEST_TREE ",\"include\":[\"A\",\"M\",\"S\",\"B\"],\"initial\":{\"theta\":[1,2]}}", NULL},
     {API_OP_MODES, "{" TEST_TREE ",\"about\":[\"down\",\"up\"]}", "application/x-npz"},
+    {API_OP_MODES, "{" TEST_TREE ",\"derivatives\":[{\"vary\":\"gravity\"}]}", NULL},
     {API_OP_ENSEMBLES, TEST_GRID ",\"observables\":[\"first_flip\",\"energy_drift\"]}", NULL},
     {API_OP_ENSEMBLES, TEST_GRID ",\"observables\":[\"first_flip\"]}", "image/png"},
     {API_OP_ENSEMBLES,

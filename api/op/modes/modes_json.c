@@ -3,11 +3,11 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "api/encode/encode_raw.h"
 #include "api/op/modes/damped_json.h"
 
-static const char *const modes_fields[] = {"pendulum", "about",   "select", "vectors", "normalize",
-                                           "include",  "initial", "digits", NULL};
+static const char *const modes_fields[] = {"pendulum",    "about",   "select",  "vectors",
+                                           "normalize",   "include", "initial", "digits",
+                                           "derivatives", NULL};
 
 /* reads ["down", "up", ...], one for each arm */
 static enum pend_status read_about(struct api_modes *modes, const struct api_value *value,
@@ -125,12 +125,8 @@ static void read_include(struct api_modes *modes, const struct api_value *value,
                         most < reading->limits->matrix_arms ? "of a real pendulum"
                                                             : "the limit max-matrix-arms",
                         modes->tree.n);
-    if (api_value_count(value) && reading->format != &api_format_json &&
-        reading->format != &api_format_raw)
-        api_value_fault(value, problem,
-                        API_CODE_UNSUPPORTED "matrices are returned only in %s, not in %s: leave "
-                                             "it out, or ask for that representation",
-                        api_format_json.media_type, reading->format->media_type);
+    if (api_value_count(value))
+        api_reading_check_json(reading, value, "matrices are", "leave it out");
 }
 
 static void read_style(struct api_modes *modes, const struct api_value *root,
@@ -145,6 +141,21 @@ static void read_style(struct api_modes *modes, const struct api_value *root,
         api_value_usual(&vectors);
     if (api_field_word(&normalize, names, &rule, problem) > 0 && !rule) api_value_usual(&normalize);
     modes->request.normalize = rules[rule];
+}
+
+static enum pend_status read_derived(struct api_modes *modes, const struct api_value *value,
+                                     struct api_problem *problem) {
+    enum pend_status status = api_derived_read(&modes->derived, value, &modes->tree, problem);
+    int starts = 0;
+    for (int i = 0; i < modes->derived.count; i++)
+        starts |= modes->derived.parameter[i].kind < PEND_PARAMETER_LENGTH;
+    if (modes->derived.count &&
+        (modes->tree.loads.terms || modes->up || modes->request.select || starts))
+        api_value_fault(value, problem,
+                        API_CODE_UNSUPPORTED
+                        "are those of all modes of an ideal pendulum about hanging, by length, "
+                        "mass or gravity: leave \"select\", \"about\" and other terms out");
+    return status == PEND_NO_MEMORY ? status : PEND_OK;
 }
 
 /* adds errors for requests that modes of a real pendulum do not support: its equilibrium is
@@ -194,6 +205,7 @@ enum pend_status api_modes_read(struct api_modes *modes, const struct api_readin
     read_select(modes, API_MEMBER(root, "select"), problem);
     read_style(modes, root, problem);
     read_include(modes, API_MEMBER(root, "include"), reading);
+    PEND_TRY(read_derived(modes, API_MEMBER(root, "derivatives"), problem));
     (void)api_field_whole(API_MEMBER(root, "digits"), 1, 17, &rounded, problem);
     modes->digits = (int)rounded;
     if (modes->tree.loads.terms) check_real(modes, reading);
@@ -201,6 +213,7 @@ enum pend_status api_modes_read(struct api_modes *modes, const struct api_readin
 }
 
 void api_modes_clear(struct api_modes *modes) {
+    api_derived_clear(&modes->derived);
     free(modes->up);
     api_states_free(&modes->start);
     api_tree_clear(&modes->tree);

@@ -4,6 +4,7 @@
  * Invariant: contains no pointer into the document. */
 #pragma once
 
+#include "api/op/derived.h"
 #include "api/op/op.h"
 #include "api/read/state_json.h"
 #include "core/modes/matrix.h"
@@ -17,6 +18,7 @@ struct api_modes {
     int vectors;       /* whether the answer includes the vectors */
     int digits;        /* significant digits of the answer; 0 = as many as needed */
     char include[PEND_MATRIX_COUNT]; /* flags: which matrices are requested */
+    struct api_derived derived;      /* only its parameters */
 };
 
 /**

@@ -27,6 +27,9 @@ static const char *const scalar_names[] = {"mode",      "omega", "frequency", "p
 /* most modes that are decomposed, or numbers that are written, before the clock is read */
 enum { PIECE_MODES = 32, PIECE_NUMBERS = 8192 };
 
+/* relative difference of frequencies that count as equal, far above round-off */
+static const double alike = 1e-9;
+
 struct modes {
     struct api_modes asked;
     const struct api_format *format;
@@ -39,6 +42,8 @@ struct modes {
     /* set while it runs */
     struct pend_modes *found;
     int split;               /* number of modes into which the start has been decomposed so far */
+    int sloped;              /* number of frequencies that have been differentiated so far */
+    double *slope;           /* their derivatives, a row per mode, and memory for a computation */
     double *scratch;         /* one block, which contains the following arrays */
     double *scalar[SCALARS]; /* one number per mode */
     double *line;            /* n numbers, or several rows of the table */
@@ -74,6 +79,8 @@ static void modes_columns(struct modes *modes) {
     if (modes->asked.start && modes->asked.up) api_table_add(table, scalar_names[RISING], NULL, 0);
     if (modes->asked.start && modes->asked.up) api_table_add(table, scalar_names[FALLING], NULL, 0);
     if (modes->asked.vectors) api_table_add(table, "vectors", NULL, modes->asked.tree.n);
+    if (modes->asked.derived.count)
+        api_table_add_inner(table, "derivatives", "omega", 0, modes->asked.derived.count);
 }
 
 static void modes_check_size(const struct modes *modes, const struct api_reading *reading) {
@@ -109,7 +116,8 @@ static void modes_check_size(const struct modes *modes, const struct api_reading
 static enum pend_status modes_begin_search(struct modes *modes, const struct api_reading *reading) {
     struct pend_error error = {.text = ""};
     modes->asked.request.loads = modes->asked.tree.loads;
-    modes->asked.request.vectors = modes->asked.vectors || modes->asked.start;
+    modes->asked.request.vectors =
+        modes->asked.vectors || modes->asked.start || modes->asked.derived.count;
     modes->asked.request.up = modes->asked.up;
     enum pend_status status = pend_modes_search_new(&modes->search, modes->asked.tree.tree,
                                                     &modes->asked.request, &error);
@@ -160,12 +168,15 @@ static enum pend_status modes_allocate(struct modes *modes, struct pend_error *e
     size_t n = (size_t)modes->asked.tree.n, count = (size_t)modes->found->count;
     long lines = PIECE_NUMBERS / (long)n;
     modes->lines = lines < 1 ? 1 : lines;
-    modes->scratch = malloc(((size_t)modes->lines * n + SCALARS * count) * sizeof *modes->scratch);
+    size_t slopes = count * (size_t)modes->asked.derived.count + 2 * n + 1;
+    modes->scratch =
+        malloc(((size_t)modes->lines * n + SCALARS * count + slopes) * sizeof *modes->scratch);
     if (!modes->scratch)
         return pend_fail(error, PEND_NO_MEMORY, -1, 0, "no memory for the modes of %zu arms", n);
     modes->line = modes->scratch;
     for (int i = 0; i < SCALARS; i++)
         modes->scalar[i] = modes->scratch + (size_t)modes->lines * n + (size_t)i * count;
+    modes->slope = modes->scalar[0] + SCALARS * count;
     return PEND_OK;
 }
 
@@ -211,6 +222,27 @@ static enum pend_status modes_split(struct modes *modes, struct pend_error *erro
                                 modes->scalar[AMPLITUDE] + done, modes->scalar[PHASE] + done);
 }
 
+static enum pend_status modes_differentiate(struct modes *modes, struct pend_error *error) {
+    const struct pend_modes *found = modes->found;
+    int n = found->n, by = modes->asked.derived.count;
+    double *row = modes->slope + (size_t)modes->sloped * (size_t)by, *omega = found->omega;
+    double *all = modes->slope + (size_t)found->count * (size_t)by;
+    for (int i = 0; i < PIECE_MODES && modes->sloped < found->count; i++, row += by) {
+        int k = modes->sloped++;
+        if (k && omega[k] - omega[k - 1] <= alike * omega[k])
+            return pend_fail(error, PEND_NOT_FINITE, -1, 0,
+                             "modes %d and %d have the same frequency, which has no derivatives: "
+                             "change a length or a mass a little",
+                             k, k + 1);
+        pend_modes_slope(found, modes->asked.tree.tree, &modes->asked.tree.loads, k, all);
+        for (int j = 0; j < by; j++) {
+            struct pend_parameter p = modes->asked.derived.parameter[j];
+            row[j] = all[(int)(p.kind - PEND_PARAMETER_LENGTH) * n + p.at];
+        }
+    }
+    return PEND_OK;
+}
+
 static void modes_vector(const struct modes *modes, int mode, double line[]) {
     assert(mode >= 0 && mode < modes->found->count);
     const struct pend_tree *tree = modes->asked.tree.tree;
@@ -250,25 +282,33 @@ static enum pend_status write_lists(const struct modes *modes, struct api_buffer
 }
 
 static int part_wanted(const struct modes *modes, int part) {
+    if (part > PEND_MATRIX_COUNT) return modes->asked.derived.count;
     return part ? modes->asked.include[part - 1] : modes->asked.vectors;
 }
 
-/* for JSON: writes the next row of the vectors or of a matrix, or the end */
+/* for JSON: writes the next row of the vectors, a matrix or the derivatives, or the end */
 static enum pend_status write_row(struct modes *modes, struct api_buffer *out, int *done) {
-    int n = modes->asked.tree.n, part = modes->part, rows = part ? n : modes->found->count;
-    if (part > PEND_MATRIX_COUNT) {
+    int n = modes->asked.tree.n, part = modes->part, slope = part > PEND_MATRIX_COUNT;
+    int rows = part && !slope ? n : modes->found->count, by = modes->asked.derived.count;
+    if (part > PEND_MATRIX_COUNT + 1) {
         *done = 1;
         PEND_TRY(api_stats_json(&modes->stats, out));
         return api_buffer_text(out, "}");
     }
-    if (part_wanted(modes, part) && !modes->row)
-        PEND_TRY(api_out_open(out, part ? pend_matrix_names[part - 1] : "vectors", '['));
+    if (part_wanted(modes, part) && !modes->row) {
+        if (slope) PEND_TRY(api_out_open(out, "derivatives", '{'));
+        const char *name = part ? pend_matrix_names[part - 1] : "vectors";
+        PEND_TRY(api_out_open(out, slope ? "omega" : name, '['));
+    }
     if (!part_wanted(modes, part) || modes->row == rows) {
-        if (part_wanted(modes, part)) PEND_TRY(api_buffer_text(out, "]"));
+        if (part_wanted(modes, part)) PEND_TRY(api_buffer_text(out, slope ? "]}" : "]"));
         modes->part++;
         modes->row = 0;
         return PEND_OK;
     }
+    if (slope)
+        return api_out_numbers(out, NULL, by, modes->slope + (long)modes->row++ * by,
+                               modes->table.digits);
     if (part)
         pend_matrix_row(modes->asked.tree.tree, &modes->asked.tree.loads, modes->asked.up,
                         (enum pend_matrix)(part - 1), modes->row, modes->line);
@@ -289,6 +329,8 @@ static enum pend_status write_rows(struct modes *modes, struct api_buffer *out, 
     for (int c = 0; c < table->count; c++) {
         int which = scalar_of(table->column[c].name);
         data[c] = which == SCALARS ? modes->line : modes->scalar[which] + modes->row;
+        if (table->column[c].part)
+            data[c] = modes->slope + (long)modes->row * modes->asked.derived.count;
     }
     for (long i = 0; modes->asked.vectors && i < rows; i++)
         modes_vector(modes, modes->row + (int)i, modes->line + i * modes->asked.tree.n);
@@ -330,6 +372,8 @@ static enum pend_status modes_piece(struct modes *modes, const struct api_turn *
         return modes_allocate(modes, error);
     }
     if (modes->asked.start && modes->split < modes->found->count) return modes_split(modes, error);
+    if (modes->asked.derived.count && modes->sloped < modes->found->count)
+        return modes_differentiate(modes, error);
     if (!modes->filled) modes_fill(modes);
     modes->filled = 1;
     if (modes->format != &api_format_json) {
@@ -399,6 +443,7 @@ static double modes_bytes(const void *state) {
                api_states_bytes(modes->asked.start);
     double n = modes->asked.tree.n, count = (double)modes->table.rows;
     double vectors = modes->asked.request.vectors ? 2.2 * sizeof(double) * n * (count + 16) : 0;
+    vectors += sizeof(double) * (count * modes->asked.derived.count + 2 * n);
     return 2048 * (n + 16) + 256 * count + vectors + sizeof(double) * (2.0 * PIECE_NUMBERS + n) +
            api_tree_bytes(&modes->asked.tree) + api_states_bytes(modes->asked.start) +
            (modes->format == &api_format_json ? 0 : api_writer_bytes(modes->format, &modes->table));

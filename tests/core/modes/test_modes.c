@@ -637,3 +637,40 @@ TEST(modes_of_standing_arms_grow_at_the_rates_at_which_hanging_ones_swing) {
                    "slow growth");
     CHECK_INT(modes->growing, 2);
 }
+
+/* the frequency of a mode of a tree; p: number of the length or mass that is `by` times as large,
+ * or gravity */
+static double omega_beside(const struct test_tree *t, int p, double by, int mode) {
+    double *number = p < t->n ? t->length + t->tree->order[p] : t->mass + t->tree->order[p % t->n];
+    double was = *number, gravity = p < 2 * t->n ? GRAVITY : GRAVITY * by;
+    if (p < 2 * t->n) *number *= by;
+    struct pend_tree *tree = tree_of(t->n, t->length, t->mass, t->parent);
+    struct pend_modes *modes = modes_of(tree, gravity);
+    double omega = modes->omega[mode];
+    *number = was;
+    pend_modes_free(&modes);
+    pend_tree_free(&tree);
+    return omega;
+}
+
+TEST(frequencies_change_as_their_derivatives_say) {
+    unsigned long long seed = 41;
+    double slope[25], worst = 0, h = 1e-4;
+    for (int n = 1; n <= 12; n++) {
+        struct test_tree t;
+        test_tree_random(&t, TEST_TREE_LIMBS, n, 0.3, &seed);
+        struct pend_modes *modes = modes_of(t.tree, GRAVITY);
+        for (int k = 0; k < n; k++) {
+            pend_modes_slope(modes, t.tree, TEST_LOADS(GRAVITY), k, slope);
+            for (int p = 0; p <= 2 * n; p++) {
+                double number = p == 2 * n ? GRAVITY : p < n ? t.tree->len[p] : t.tree->mass[p - n];
+                double change = omega_beside(&t, p, 1 + h, k) - omega_beside(&t, p, 1 - h, k);
+                double error = change / (2 * h) - slope[p] * number;
+                worst = fmax(worst, fabs(error) / modes->omega[k]);
+            }
+        }
+        pend_modes_free(&modes);
+        test_tree_clear(&t);
+    }
+    CHECK_RESIDUAL(worst, 1e-6, "derivatives of frequencies");
+}

@@ -155,6 +155,7 @@ class Operations:
         mode: Optional[int] = None,
         amplitude: Optional[float] = None,
         initial: Optional[Any] = None,
+        derivatives: Optional[Sequence[Mapping[str, Any]]] = None,
         digits: Optional[int] = None,
         job: Union[bool, str] = False,
         title: Optional[str] = None,
@@ -177,6 +178,7 @@ class Operations:
         mode: Start in this mode, with `amplitude`, instead of angles.
         amplitude: Amplitude of the mode of the start.
         initial: A start, to be decomposed into the modes.
+        derivatives: The lengths, masses or gravity by which `omega` is differentiated, for an ideal pendulum whose arms hang, without `select`.
         digits: Rounds the numbers of the answer to at most this many significant digits; 6 is enough to draw.
         job: True, or a key of your own: a Job is returned at once.
         title: A name of the job in lists.
