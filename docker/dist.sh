@@ -28,7 +28,7 @@ fi
 directory=$1 key=$2 commit=${3:-HEAD}
 tree=$(mktemp -d)
 trap 'rm -rf "$tree"' EXIT
-git archive "$commit" docker/version.sh api/base/engine.h 2>/dev/null | tar -x -C "$tree" && version=$("$tree/docker/version.sh") || version=
+git archive "$commit" docker/version.sh core/base/status.h 2>/dev/null | tar -x -C "$tree" && version=$("$tree/docker/version.sh") || version=
 [ -n "$version" ] || { echo "dist.sh: $commit has no version" >&2; exit 1; }
 # what is there already may be a release that somebody has fetched, or all that they have
 [ ! -e "$directory" ] || rmdir "$directory" 2> /dev/null || { echo "dist.sh: $directory is there already" >&2; exit 1; }

@@ -6,7 +6,7 @@
 set -eu
 build=$1 destdir=$2 prefix=$3 libdir=$4
 shift 4
-version=$(sed -nE 's/^#define API_VERSION "(.*)"$/\1/p' api/base/engine.h)
+version=$(sed -nE 's/^#define PEND_VERSION "(.*)"$/\1/p' core/base/status.h)
 include=$destdir$prefix/include/pendulum
 rm -rf "$include"
 install -d "$include" "$destdir$libdir/pkgconfig"

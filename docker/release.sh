@@ -5,14 +5,14 @@
 # Leaves to others: the checks (make check), packages (deb.sh), archive and digests (dist.sh). Invariant: an existing tag is never moved.
 set -eu
 cd "$(dirname "$0")/.."
-version=$(sed -nE 's/^#define API_VERSION "(.*)"$/\1/p' api/base/engine.h)
+version=$(sed -nE 's/^#define PEND_VERSION "(.*)"$/\1/p' core/base/status.h)
 missing() {
     echo "release.sh: $1" >&2
     ready=no
 }
 ready=yes
 [ -z "$(git status --porcelain)" ] || missing "the tree has changes that are not committed"
-! git rev-parse -q --verify "refs/tags/v$version" >/dev/null || missing "v$version is tagged already: raise API_VERSION in api/base/engine.h"
+! git rev-parse -q --verify "refs/tags/v$version" >/dev/null || missing "v$version is tagged already: raise PEND_VERSION in core/base/status.h"
 grep -qE "^## \[$version\] - [0-9]{4}-[0-9]{2}-[0-9]{2}$" CHANGELOG.md || missing "CHANGELOG.md has no line '## [$version] - YYYY-MM-DD'"
 head -n 1 debian/changelog | grep -qF "($version) " || missing "debian/changelog begins with another version than $version"
 dated=$(sed -nE "s/^## \\[$version\\] - (.*)/\\1/p" CHANGELOG.md)

@@ -2,10 +2,10 @@
 # Prints the version of this tree: 0.1.0 for the commit of the tag v0.1.0, 0.1.0+git20261126.abc1234 for any other commit,
 # 0.1.0+unreleased where no commit is known, or PENDULUMD_VERSION where that is set (by a package, an image).
 # usage: version.sh [C-FILE]     with a file: writes it, if it would change, with `api_version` of that version
-# Leaves to others: the number itself (api/base/engine.h). Invariant: an archive of a commit (dist.sh) has the version of the commit.
+# Leaves to others: the number itself (core/base/status.h). Invariant: an archive of a commit (dist.sh) has the version of the commit.
 set -eu
 cd "$(dirname "$0")/.."
-version=$(sed -nE 's/^#define API_VERSION "(.*)"$/\1/p' api/base/engine.h)
+version=$(sed -nE 's/^#define PEND_VERSION "(.*)"$/\1/p' core/base/status.h)
 # git archive writes the commit's date, its name and its tag here; nothing that differs between clones
 archived='$Format:%cs %H %(describe:tags=true,abbrev=40,match=v*)$'
 case $archived in

@@ -3,9 +3,6 @@
  * Invariant: engines of different sources have different digests. */
 #pragma once
 
-/* The version in responses: the same for all builds between two releases. */
-#define API_VERSION "0.1.0"
-
 /* The version with the commit of a build between two releases (docker/version.sh):
  * "0.1.0+git20261126.abc1234". In the program's output and metrics, and at /version. */
 extern const char api_version[];

@@ -114,7 +114,7 @@ void api_stats_warning(struct api_stats *stats, const char *name, const char *te
 }
 
 void api_stats_origin(struct api_stats *stats) {
-    api_stats_text(stats, "version", API_VERSION);
+    api_stats_text(stats, "version", PEND_VERSION);
     api_stats_text(stats, "engine", api_engine_name);
 }
 

@@ -51,7 +51,7 @@ struct api_stat {
 };
 
 enum {
-    API_STATS = 16,
+    API_STATS = 17,
     API_WARNING_TEXT = 240,
     API_WARNINGS = 4,
     API_WARNINGS_BYTES = API_WARNINGS * API_WARNING_TEXT

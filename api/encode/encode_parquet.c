@@ -12,7 +12,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "api/base/engine.h"
 #include "api/base/octets.h"
 #include "api/number/number.h"
 
@@ -304,7 +303,7 @@ static enum pend_status put_end(struct parquet_writer *writer, struct api_buffer
         at = put_text(put_field(at, 1, THRIFT_BINARY), text);
         *at++ = 0;
     }
-    at = put_text(put_field(at, step, THRIFT_BINARY), "pendulumd version " API_VERSION);
+    at = put_text(put_field(at, step, THRIFT_BINARY), "pendulumd version " PEND_VERSION);
     *at++ = 0;
     writer->footer += (size_t)(at - (out->data + before));
     // readers take the 4-byte length as a signed number, so they could not find longer metadata

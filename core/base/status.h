@@ -3,6 +3,9 @@
  * Invariant: 0 is success; codes and texts come from the one list below. */
 #pragma once
 
+/* The version of the library, the programs and their answers. */
+#define PEND_VERSION "0.1.0"
+
 /* columns: name, text */
 #define PEND_STATUS_LIST(X)                                                                        \
     X(PEND_OK, "success")                                                                          \

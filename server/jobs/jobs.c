@@ -133,7 +133,7 @@ static enum srv_stored jobs_put(struct srv_store *store, struct srv_store_call *
     const struct srv_exchange *exchange = asked->exchange;
     const struct srv_identity *who = &exchange->identity;
     char version[SRV_VERSION_BYTES];
-    snprintf(version, sizeof version, "%s+%s", API_VERSION, api_engine_name);
+    snprintf(version, sizeof version, "%s+%s", PEND_VERSION, api_engine_name);
     struct srv_job_order order = {.id = asked->id,
                                   .title = asked->title,
                                   .version = version,

@@ -261,7 +261,7 @@ static enum pend_status fits_write(struct fits *fits, const struct api_turn *tur
     PEND_TRY(api_out_open(out, "stats", '{'));
     PEND_TRY(api_out_whole(out, "iterations", r.iterations));
     PEND_TRY(api_out_whole(out, "evaluations", r.evaluations));
-    PEND_TRY(api_out_text(out, "version", API_VERSION));
+    PEND_TRY(api_out_text(out, "version", PEND_VERSION));
     PEND_TRY(api_out_text(out, "engine", api_engine_name));
     if (seconds >= 0)
         PEND_TRY(api_out_number(out, "compute_seconds", rint(seconds * 1e6) / 1e6, 0));
