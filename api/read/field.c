@@ -11,8 +11,10 @@ const char *const api_field_angles[] = {"rad", "deg", NULL};
 
 int api_field_needed(const struct api_value *value, struct api_problem *problem) {
     if (api_value_kind(value) != API_MISSING) return 1;
+    int parent = value->key && !strcmp(value->key, "parent");
     if (!value->parent || !api_value_meant(value->parent, value->key, problem))
-        api_value_fault(value, problem, API_CODE_MISSING "is missing");
+        api_value_fault(value, problem, API_CODE_MISSING "is missing%s",
+                        parent ? ": [0, 1, 2] is a chain of three arms" : "");
     return 0;
 }
 
@@ -21,6 +23,7 @@ struct api_value api_field_renamed(const struct api_value *object, const char *n
     struct api_value value = api_value_member(object, name),
                      old = api_value_member(object, deprecated);
     if (api_value_kind(&old) == API_MISSING) return value;
+    problem->deprecated = 1;
     if (api_value_kind(&value) == API_MISSING) return old;
     api_value_fault(&old, problem, API_CODE_CONFLICT "is the old name of \"%s\": leave it out",
                     name);

@@ -14,6 +14,8 @@ static_assert((int)SRV_INFLIGHT_KEY > RESULT_DIGITS, "a key is the digest and th
 /* Retry-After, in s, for a computation that ran out of time or memory: the machine may be less busy
  * then. */
 static const char result_retry[] = "60";
+/* the day on which the first names were deprecated (RFC 9745) */
+static const char result_deprecated[] = "@1795651200";
 
 /* --- the exact bytes of a request --- */
 
@@ -108,14 +110,19 @@ static int result_range(const struct api_answer *answer, char text[], size_t cap
 
 /* Returns an upper bound of the bytes of a response's header texts. */
 static size_t result_texts(const struct api_answer *answer) {
-    size_t bytes = 352 + SRV_ETAG_BYTES + (answer->columns ? strlen(answer->columns) + 1 : 0);
+    size_t bytes = 416 + SRV_ETAG_BYTES + (answer->columns ? strlen(answer->columns) + 1 : 0);
     for (int i = 0; answer->stat_fields && i < answer->stat_fields->count; i++)
         bytes += strlen(answer->stat_fields->field[i].value) + 1;
     return bytes;
 }
 
 static void result_good(struct srv_response_body *made, const struct srv_work *work,
-                        enum srv_coding coding) {
+                        const struct api_answer *answer, enum srv_coding coding) {
+    /* An operator's announcement for the whole interface takes the place of this one. */
+    if (answer->deprecated && !strcmp(srv_service_config(work->service)->deprecated, "none")) {
+        srv_response_body_header(made, "Deprecation", result_deprecated);
+        srv_response_body_header(made, "Link", "</docs#deprecation>; rel=\"deprecation\"");
+    }
     if (work->etag[0]) {
         /* A coding may produce different bytes another time, so the entity tag is weak. */
         stpcpy(stpcpy(made->etag, coding && work->source ? "W/" : ""), work->etag);
@@ -156,7 +163,7 @@ struct srv_response_body *srv_result_response_body(struct srv_work *work, struct
     if (answer.status == 503 || answer.status == 429)
         srv_response_body_header(made, "Retry-After", result_retry);
     srv_response_body_header(made, "Vary", srv_exchange_vary);
-    if (answer.status < 400) result_good(made, work, coding);
+    if (answer.status < 400) result_good(made, work, &answer, coding);
     if (answer.status == 206) srv_lengths_note(&service->lengths, work->etag, answer.total);
     result_about(made, &answer);
     if (coding) srv_response_body_header(made, "Content-Encoding", srv_coding_at(coding)->name);

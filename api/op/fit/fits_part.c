@@ -139,6 +139,7 @@ static int series_kind(struct api_fit_part *run, int c, const struct api_tree *t
         struct api_value arm = api_value_member(item, chosen ? "arm" : kinds[i].name);
         int cart = kinds[i].kind == PEND_FIT_CART, on = 0;
         if (!chosen && api_value_kind(&arm) == API_MISSING) continue;
+        problem->deprecated |= !chosen;
         if (found >= 0)
             api_value_fault(&arm, problem,
                             API_CODE_CONFLICT
