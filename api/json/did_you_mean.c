@@ -89,6 +89,7 @@ static const struct {
     {"initial", "phi phid theta thetad phi0 phid0 theta0 omega0 amplitude unit"},
     {"times", "start stop count dt t0 t1 tmax t_end duration"},
     {"random", "seed draw"},
+    {"body", "inertia center"},
 };
 
 /* names of header fields to use instead of a member */

@@ -89,6 +89,14 @@ void api_trajectory_tell(struct api_trajectory_told *told,
     *told = (struct api_trajectory_told){.horizon = ""};
     if (!linear) tell_energy(told, method->method, run->energy_drift, stats);
     tell_horizon(told, motion, run, stats);
+    double turned = motion->start->degrees;
+    if (turned != 0) {
+        snprintf(told->degrees, sizeof told->degrees,
+                 "/initial has an angle of %.6g rad (%.1f turns): give unit deg if it is in "
+                 "degrees and unit rad if it is not.",
+                 turned, turned / (2 * M_PI));
+        api_stats_warning(stats, "warning_degrees", told->degrees);
+    }
     if (linear) tell_linear(told, motion, stats);
     if (run->saturated > 0) {
         snprintf(told->control, sizeof told->control,

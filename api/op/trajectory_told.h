@@ -11,7 +11,7 @@
 /* The texts, which must outlive the statistics. */
 struct api_trajectory_told {
     char horizon[API_WARNING_TEXT], linear[API_WARNING_TEXT], energy[API_WARNING_TEXT],
-        loose[API_WARNING_TEXT], control[API_WARNING_TEXT];
+        loose[API_WARNING_TEXT], control[API_WARNING_TEXT], degrees[API_WARNING_TEXT];
 };
 
 struct api_trajectory_motion {

@@ -174,6 +174,20 @@ static int read_degrees(const struct api_value *value, struct api_problem *probl
     return unit;
 }
 
+/* the first of some angles without a unit that is more than a turn, if all are whole numbers, as
+ * degrees are; else 0 */
+static double angles_like_degrees(const struct api_value *angle) {
+    struct api_value unit = api_value_member(angle->parent, "unit");
+    int count = 0;
+    double far = 0;
+    const double *number = api_value_numbers(angle, &count);
+    for (int k = 0; number && k < count && api_value_kind(&unit) == API_MISSING; k++) {
+        if (number[k] != rint(number[k])) return 0;
+        if (far == 0 && fabs(number[k]) > 2 * M_PI) far = number[k];
+    }
+    return far;
+}
+
 /* reads a state given by angles and rates, from the real axis or from the vertical */
 static void read_turns(struct api_states *states, long i, const struct api_value *angle,
                        const struct api_value *rate, int degrees, int from_hanging,
@@ -181,6 +195,7 @@ static void read_turns(struct api_states *states, long i, const struct api_value
     static const struct exact none = {0, 0};
     size_t first = states ? (size_t)i * (size_t)states->n : 0;
     struct exact turn = degrees ? exact_degree : exact_one;
+    if (states) states->degrees = angles_like_degrees(angle);
     if (!from_hanging) api_value_usual_zeros(angle);
     api_value_usual_zeros(rate);
     read_angles(angle, tree, turn, from_hanging ? exact_right_angle : none,

@@ -15,6 +15,8 @@ struct api_states {
     double *amplitude;          /* count: amplitudes of the modes, rad */
     int *mode;                  /* count: numbers of the modes, from 1; 0 = given by its angles */
     int mode_least, mode_most;  /* range of the modes that are still to be computed; 0 = none */
+    double
+        degrees; /* an angle in rad that looks like degrees, if the request has no unit; 0 = none */
 };
 
 /**

@@ -75,6 +75,11 @@ static void check_step(const struct api_value *value, const struct grid *grid,
                         grid->start, grid->stop, grid->step);
     else if (count > limits->samples)
         fault_count(value, count, limits, problem);
+    else if (span != 0 && fabs(grid->step) > fabs(span) * (1 + divides_within))
+        api_value_fault(value, problem,
+                        API_CODE_OUT_OF_RANGE
+                        "must be at most %.15g s, the time from start to stop, got %.15g",
+                        fabs(span), fabs(grid->step));
 }
 
 static void check_count(const struct api_value *value, const struct grid *grid,

@@ -250,8 +250,9 @@ static int router_exists(struct srv_exchange *exchange) {
         strcpy(allow, "GET, HEAD, POST, PUT, QUERY, DELETE, OPTIONS");
     if (!allow[0]) {
         const char *meant = router_meant(exchange->path);
-        srv_exchange_problem(exchange, 404, "there is nothing at %.200s; %s%s", exchange->path,
-                             meant ? "did you mean " : "see /openapi.json", meant ? meant : "");
+        srv_exchange_problem(exchange, 404, "there is nothing at %.200s; %s%s%s", exchange->path,
+                             meant ? "did you mean " : "see /openapi.json", meant ? meant : "",
+                             meant ? "?" : "");
         return 0;
     }
     if (options)

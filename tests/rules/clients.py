@@ -22,7 +22,7 @@ sys.path.insert(0, str(TOP / "tests/clients"))
 
 FOUR = {"L": [2, 1.5, 0.75, 1.25], "m": [1, 1, 1, 0.1], "S": [[1, 0, 0, 0], [1, 1, 0, 0], [1, 1, 1, 0], [1, 1, 0, 1]]}
 DOUBLE = {"length": [1, 1], "mass": [1, 1], "parent": [0, 1]}
-CLIENTS = ("python", "envs", "notebook", "tasks", "octave", "cli", "js", "c")
+CLIENTS = ("python", "envs", "notebook", "tasks", "octave", "cli", "js", "c", "mistakes")
 
 
 def programs(language, command, extra=None, folder=None, home=None):

@@ -14,6 +14,7 @@
 #include "api/clients/cli/local.h"
 #include "api/clients/cli/remote.h"
 #include "api/clients/cli/request.h"
+#include "api/json/did_you_mean.h"
 #include "api/json/json_in.h"
 
 static const char usage[] =
@@ -138,6 +139,8 @@ static void start(struct cli_fields *fields, const char *name, const char *value
     } else if (!strcmp(name, "unit")) {
         cli_field(fields, whole, value);
     } else {
+        if (value[strspn(value, "0123456789+-.eE, ")])
+            cli_end(CLI_USAGE, "--%s takes numbers such as 1,2.5, got \"%s\"", name, value);
         cli_list(fields, whole, value);
     }
 }
@@ -279,6 +282,8 @@ static void ask(struct line *line, const char *route, const char *file) {
     struct cli_sink sink;
     char path[200], key[40];
     struct cli_part part = part_of(line);
+    if (!strcmp(accepted(line), "image/png") && strcmp(route, "ensembles"))
+        cli_end(CLI_USAGE, "%s has no picture: .png is a form of map and ask ensembles", route);
     if (here && (of_job || detached)) cli_end(CLI_USAGE, "--local cannot run jobs");
     api_buffer_init(&body, 1 << 30);
     cli_body(&body, file, &line->fields);
@@ -308,7 +313,7 @@ static void ask(struct line *line, const char *route, const char *file) {
     api_buffer_clear(&body);
 }
 
-static void map(struct line *line, const char *file) {
+static void map(struct line *line, char **word) {
     char grid[700], of[100];
     if (!said(line, X) || !said(line, Y)) cli_end(CLI_USAGE, "a map has two axes, --x and --y");
     char *x = cli_axis(said(line, X)), *y = cli_axis(said(line, Y));
@@ -316,7 +321,7 @@ static void map(struct line *line, const char *file) {
     snprintf(of, sizeof of, "[\"%.80s\"]", said(line, OF) ? said(line, OF) : "first_flip");
     cli_field(&line->fields, "grid", grid);
     cli_field(&line->fields, "observables", of);
-    ask(line, "ensembles", file);
+    ask(line, "ensembles", word[1]);
     free(x), free(y);
 }
 
@@ -330,8 +335,8 @@ static void filter(char *path, size_t room, const char *name, const char *value)
         at += (size_t)snprintf(path + at, room - at, "%%%02X", (unsigned char)*value);
 }
 
-static void jobs(struct line *line, const char *none) {
-    (void)none;
+static void jobs(struct line *line, char **word) {
+    (void)word;
     char path[1000] = "/v1/jobs?limit=100";
     filter(path, sizeof path, "title", said(line, TITLE));
     filter(path, sizeof path, "status", said(line, STATUS));
@@ -357,14 +362,18 @@ static void jobs(struct line *line, const char *none) {
     }
 }
 
-static void run(struct line *line, const char *file) { ask(line, "trajectories", file); }
+static void run(struct line *line, char **word) { ask(line, "trajectories", word[1]); }
 
-static void modes(struct line *line, const char *file) { ask(line, "modes", file); }
+static void modes(struct line *line, char **word) { ask(line, "modes", word[1]); }
 
-static void cancel(struct line *line, const char *id) {
+static void any(struct line *line, char **word) { ask(line, word[1], word[2]); }
+
+static void fetch(struct line *line, char **word) { get(line, word[1]); }
+
+static void cancel(struct line *line, char **word) {
     char path[200];
-    check_id(id);
-    snprintf(path, sizeof path, "/v1/jobs/%.60s", id);
+    check_id(word[1]);
+    snprintf(path, sizeof path, "/v1/jobs/%.60s", word[1]);
     struct api_json *job = state(line, "DELETE", path, NULL, NULL);
     puts(text(job, "status"));
     api_json_free(&job);
@@ -373,21 +382,17 @@ static void cancel(struct line *line, const char *id) {
 static const struct {
     const char *name;
     int words; /* number of words after it */
-    void (*work)(struct line *line, const char *word);
-} commands[] = {{"run", 1, run},   {"modes", 1, modes}, {"map", 1, map},
-                {"jobs", 0, jobs}, {"get", 1, get},     {"cancel", 1, cancel}};
+    void (*work)(struct line *line, char **word);
+} commands[] = {{"run", 1, run},   {"modes", 1, modes}, {"map", 1, map},      {"ask", 2, any},
+                {"jobs", 0, jobs}, {"get", 1, fetch},   {"cancel", 1, cancel}};
+enum { COMMANDS = sizeof commands / sizeof *commands };
 
-static void mistaken(int count, char **word) {
-    for (size_t i = 0; count > 0 && i < sizeof commands / sizeof *commands; i++)
-        if (!strcmp(word[0], commands[i].name))
-            cli_end(CLI_USAGE, "%s takes %d argument%s, got %d: see pendulum --help", word[0],
-                    commands[i].words, commands[i].words == 1 ? "" : "s", count - 1);
-    if (count > 0 && !strcmp(word[0], "ask"))
-        cli_end(CLI_USAGE, "ask takes ROUTE and FILE, got %d argument%s: see pendulum --help",
-                count - 1, count == 2 ? "" : "s");
-    if (count > 0) cli_end(CLI_USAGE, "unknown command %s: see pendulum --help", word[0]);
-    cli_end(CLI_USAGE,
-            "the command must be run, modes, map, ask, jobs, get or cancel: see pendulum --help");
+static void mistaken(const char *word) {
+    const char *names[COMMANDS + 1] = {NULL};
+    for (int i = 0; i < COMMANDS; i++) names[i] = commands[i].name;
+    const char *meant = api_did_you_mean(word, names);
+    if (meant) cli_end(CLI_USAGE, "unknown command %s; did you mean %s?", word, meant);
+    cli_end(CLI_USAGE, "unknown command %s: see pendulum --help", word);
 }
 
 int main(int argc, char *argv[]) {
@@ -396,17 +401,17 @@ int main(int argc, char *argv[]) {
         .remote = {url && *url ? url : "http://127.0.0.1:8080", getenv("PENDULUM_TOKEN"), 60, 0}};
     read_options(&line, argc, argv);
     char **word = argv + optind;
-    size_t i = 0, count = sizeof commands / sizeof *commands;
-    while (i < count &&
-           (argc - optind != 1 + commands[i].words || strcmp(word[0], commands[i].name)))
-        i++;
-    if (i < count) {
-        commands[i].work(&line, word[1]);
-    } else if (argc - optind == 3 && !strcmp(word[0], "ask")) {
-        ask(&line, word[1], word[2]);
-    } else {
-        mistaken(argc - optind, word);
-    }
+    int i = 0, words = argc - optind - 1;
+    if (words < 0)
+        cli_end(
+            CLI_USAGE,
+            "the command must be run, modes, map, ask, jobs, get or cancel: see pendulum --help");
+    while (i < COMMANDS && strcmp(word[0], commands[i].name)) i++;
+    if (i == COMMANDS) mistaken(word[0]);
+    if (words != commands[i].words)
+        cli_end(CLI_USAGE, "%s takes %d argument%s, got %d: see pendulum --help", word[0],
+                commands[i].words, commands[i].words == 1 ? "" : "s", words);
+    commands[i].work(&line, word);
     cli_progress("%s", "");
     cli_fields_clear(&line.fields);
     return 0;

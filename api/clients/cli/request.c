@@ -149,36 +149,19 @@ void cli_list(struct cli_fields *fields, const char *name, const char *numbers) 
     free(text);
 }
 
-/* reads a number at *text that ends at one of the characters of `ends`; *text moves past that
- * character */
-static const char *number(const char **text, const char *ends, const char *whole, size_t *length) {
-    const char *begin = *text;
-    char *end;
-    strtod(begin, &end);
-    if (end == begin || (!*end ? *ends != '\0' : !strchr(ends, *end)))
-        cli_end(CLI_USAGE, "%s is neither START:STOP:STEP nor START:STOP/COUNT", whole);
-    *length = (size_t)(end - begin);
-    *text = *end ? end + 1 : end;
-    return begin;
-}
-
 void cli_times(struct cli_fields *fields, const char *text) {
-    const char *at = text, *part[3];
-    size_t length[3];
-    if (!strpbrk(text, ":,"))
-        cli_end(CLI_USAGE, "%s is a single instant: give START:STOP:STEP", text);
-    if (!strchr(text, ':')) {
+    char start[40], stop[40], mark[2], last[40], json[200];
+    int end = 0;
+    if (strchr(text, ',') && !strchr(text, ':')) {
         cli_list(fields, "times", text);
         return;
     }
-    part[0] = number(&at, ":", text, &length[0]);
-    part[1] = number(&at, ":/", text, &length[1]);
-    const char *third = at[-1] == '/' ? "count" : "step";
-    part[2] = number(&at, "", text, &length[2]);
-    char json[400];
-    if (strlen(text) > 200) cli_end(CLI_USAGE, "%s is too long", text);
-    snprintf(json, sizeof json, "{\"start\":%.*s,\"stop\":%.*s,\"%s\":%.*s}", (int)length[0],
-             part[0], (int)length[1], part[1], third, (int)length[2], part[2]);
+    if (sscanf(text, "%39[-+.0-9eE]:%39[-+.0-9eE]%1[:/]%39[-+.0-9eE]%n", start, stop, mark, last,
+               &end) < 4 ||
+        text[end])
+        cli_end(CLI_USAGE, "%s is neither START:STOP:STEP nor START:STOP/COUNT", text);
+    snprintf(json, sizeof json, "{\"start\":%s,\"stop\":%s,\"%s\":%s}", start, stop,
+             *mark == '/' ? "count" : "step", last);
     strict(fields, "times", json);
 }
 

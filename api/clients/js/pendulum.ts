@@ -129,7 +129,9 @@ export class Client {
           throw refusal = new Refusal(response.status, { detail: `${this.url} answers with a web page, so it is not pendulumd: ${WHERE}` });
         if (response.ok || good.includes(response.status)) return response;
         const text = await response.text();
-        refusal = new Refusal(response.status, problem(text));
+        const told = problem(text);
+        if (response.status === 401 && !this.fields["Authorization"]) told.detail += ". Set PENDULUM_TOKEN, or the option token, before the job is submitted.";
+        refusal = new Refusal(response.status, told);
         if (!TRANSIENT.includes(response.status)) throw refusal;
         const after = response.headers.get("Retry-After") ?? "";
         wait = Math.max(wait, Number(after) || (Date.parse(after) - Date.now()) / 1000 || 0);
