@@ -83,4 +83,9 @@ def test_animation(server, home, package):
     done = subprocess.run([tool("node"), TOP / "tests/clients/animation.mjs", f"http://127.0.0.1:{files.server_port}/animation.html?{query}"],
                           capture_output=True, text=True, timeout=300, env=os.environ | {"PACKAGES": str(pathlib.Path(TOP, "build/webtest")), "HOME": str(home)})
     check("js: the animation moves in a browser", done.returncode == 0 and done.stdout.startswith("ok "), done.stdout + done.stderr)
+    shutil.copy(TOP / "api/clients/python/pendulumd/widget.js", package)
+    (package / "host.html").write_text("<!doctype html><body></body>")
+    done = subprocess.run([tool("node"), TOP / "tests/clients/widget.mjs", f"http://127.0.0.1:{files.server_port}/host.html", f"http://127.0.0.1:{server.port}/"],
+                          capture_output=True, text=True, timeout=300, env=os.environ | {"PACKAGES": str(pathlib.Path(TOP, "build/webtest")), "HOME": str(home)})
+    check("js: the widget of notebooks works in a browser", done.returncode == 0 and done.stdout.count("ok ") == 4 and "FAIL" not in done.stdout, done.stdout + done.stderr)
     files.shutdown()

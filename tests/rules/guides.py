@@ -14,7 +14,7 @@ import tempfile
 from rule import TOP, check, optional, skip, summary
 from servers import daemon
 
-BLOCK = re.compile(r"```(sh|python)\n(.*?)```(?:\n\n```\n(.*?)```)?", re.S)
+BLOCK = re.compile(r"```(sh|python|r)\n(.*?)```(?:\n\n```\n(.*?)```)?", re.S)
 
 
 def fits(shown, output):
@@ -30,7 +30,10 @@ def run(path, url, environment):
             if language == "python" and not optional("numpy"):
                 skip(f"{path.name}: program {number}", "NumPy is not installed")
                 continue
-            command = ["/usr/bin/python3", "-c"] if language == "python" else ["bash", "-euc"]
+            if language == "r" and subprocess.run(["Rscript", "--vanilla", "-e", "library(httr2)"], capture_output=True).returncode:
+                skip(f"{path.name}: program {number}", "r-cran-httr2 is not installed")
+                continue
+            command = {"python": ["/usr/bin/python3", "-c"], "sh": ["bash", "-euc"], "r": ["Rscript", "--vanilla", "-e"]}[language]
             done = subprocess.run([*command, program.replace("http://127.0.0.1:8080", url)], capture_output=True, text=True,
                                   timeout=300, cwd=home, env=environment)
             check(f"{path.name}: program {number}", done.returncode == 0 and fits(shown, done.stdout.replace(url, "http://127.0.0.1:8080")),

@@ -59,7 +59,7 @@ def write_wheel(directory, files):
 
 
 def build_wheel(directory, config_settings=None, metadata_directory=None):
-    return write_wheel(directory, [(f"pendulumd/{path.name}", path.read_bytes()) for path in sorted((HERE / "pendulumd").iterdir()) if path.suffix in (".py", ".typed")])
+    return write_wheel(directory, [(f"pendulumd/{path.name}", path.read_bytes()) for path in sorted((HERE / "pendulumd").iterdir()) if path.suffix in (".py", ".js", ".typed")])
 
 
 def build_editable(directory, config_settings=None, metadata_directory=None):
@@ -74,7 +74,7 @@ def build_sdist(directory, config_settings=None):
             entry.size = len(data)
             archive.addfile(entry, io.BytesIO(data))
         add("PKG-INFO", metadata().encode())
-        for path in sorted([*HERE.glob("*.py"), *HERE.glob("*.toml"), *HERE.glob("*.md"), *(HERE / "pendulumd").glob("*.py"), HERE / "pendulumd/py.typed"]):
+        for path in sorted([*HERE.glob("*.py"), *HERE.glob("*.toml"), *HERE.glob("*.md"), *(HERE / "pendulumd").glob("*.[pj]*"), HERE / "pendulumd/py.typed"]):
             add(path.relative_to(HERE).as_posix(), path.read_bytes())
     return f"{base}.tar.gz"
 
