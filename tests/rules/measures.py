@@ -22,7 +22,7 @@ KNOWN = {"columns": 0, "files": 0, "functions": 0, "branches": 0, "comments": 0,
 
 # Lines that there may be: of C, of the page, of tests. A number may only fall; a commit that raises one raises nothing else and says for what.
 BUDGET = {
-    "C": (ROOMS, (".c", ".h", ".cpp"), 102600),
+    "C": (ROOMS, (".c", ".h", ".cpp"), 102200),
     "the page": (("server/web",), (".js", ".ts", ".css", ".html", ".json", ".md", ".txt"), 38000),
     "tests": (("tests",), (".c", ".h", ".mjs", ".js", ".py", ".sh"), 88000),
 }
@@ -149,9 +149,9 @@ def lines_of(places, kinds):
 
 
 def over(counted):
-    """What has more lines than it may have; room of more than a fiftieth is to be given back."""
+    """What has more lines than it may have; room of more than a hundredth is to be given back."""
     for name, (_, _, most) in BUDGET.items():
-        if not 0.98 * most <= counted[name] <= most:
+        if not 0.99 * most <= counted[name] <= most:
             yield f"{name} has {counted[name]} lines, the budget is {most}"
 
 
