@@ -164,9 +164,10 @@ static void study_draw(struct study *s, int draw, unsigned long long *seed) {
         for (int i = 0; i < model->rows; i++)
             s->data[c][i] = s->seen[c][i] + model->noise * test_gauss(seed);
         enum pend_fit_kind kind = !model->places ? PEND_FIT_PHI : c % 2 ? PEND_FIT_Y : PEND_FIT_X;
-        s->column[c] = (struct pend_fit_column){
-            kind, model->places ? c / 2 : c, draw % 2 ? model->noise : 0, NULL, s->data[c], 0, 0, 0,
-            0, 0};
+        s->column[c] = (struct pend_fit_column){.kind = kind,
+                                                .arm = model->places ? c / 2 : c,
+                                                .sigma = draw % 2 ? model->noise : 0,
+                                                .data = s->data[c]};
     }
     for (int j = 0; j < s->problem.unknowns; j++) {
         double size = s->truth[j] != 0 ? fabs(s->truth[j]) : 0.1;
