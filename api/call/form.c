@@ -9,7 +9,7 @@
 #include "api/encode/negotiate.h"
 #include "api/read/field.h"
 
-/* most lines in the head of a part, and most bytes of each */
+/* maximum number of lines in the head of a part, and maximum bytes of each */
 enum { HEAD_LINES = 16, HEAD_LINE = 2000, SHOWN = 40 };
 
 struct span {

@@ -10,7 +10,7 @@
 #include "api/call/results.h"
 #include "api/encode/encode_raw.h"
 
-/* most bytes of a part's results: they stay in memory until stored, and a worker may hold two
+/* maximum bytes of a part's results, which stay in memory until stored; a worker may hold two
  * parts */
 enum { PLAN_PART_BYTES = 1 << 24 };
 

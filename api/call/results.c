@@ -24,7 +24,7 @@ static size_t row_bytes(const struct api_table *table) {
     return (size_t)api_table_numbers(table, 0) * sizeof(double);
 }
 
-/* most bytes of a record */
+/* maximum bytes of a record */
 static size_t record_most(const struct api_table *table) {
     return API_RAW_HEAD + 4 * (size_t)API_PIECE_BYTES + row_bytes(table);
 }

@@ -9,7 +9,7 @@
 #include "api/encode/negotiate.h"
 #include "api/link/scene.h"
 
-/* most characters of texts */
+/* maximum number of characters of texts */
 enum { CLASS_TITLE = 200, CLASS_LINE = 300, CLASS_TEXT = 4000, CLASS_UNIT = 16, CLASS_TRIES = 20 };
 
 /* factor by which a received body may exceed its canonical form, because of blanks and the format

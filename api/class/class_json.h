@@ -23,20 +23,20 @@ enum api_class_kind {
 };
 
 enum {
-    API_CLASS_NICKNAME = 32, /* most characters of a nickname */
+    API_CLASS_NICKNAME = 32, /* maximum number of characters of a nickname */
     API_CLASS_CHOICES = 12,
     API_CLASS_STEPS = 50,
-    API_CLASS_ID = 32 /* most characters of the id of a question or worksheet */
+    API_CLASS_ID = 32 /* maximum number of characters of the id of a question or worksheet */
 };
 
 /* The values of a body that the server itself needs. */
 struct api_class_facts {
-    double hours;                              /* lifetime of a room */
-    int shut;                                  /* for the class's stage: 1 = closed for new
-                                                * pupils */
-    long share;                                /* most pupils with one address; 0 = unchanged */
-    int shown;                                 /* for a solution: 1 = everyone may see it */
-    int64_t flag;                              /* for questions and answers: see api_class_fits */
+    double hours; /* lifetime of a room */
+    int shut;     /* for the class's stage: 1 = closed for new
+                   * pupils */
+    long share;   /* maximum number of pupils with one address; 0 = unchanged */
+    int shown;    /* for a solution: 1 = everyone may see it */
+    int64_t flag; /* for questions and answers: see api_class_fits */
     char nickname[4 * API_CLASS_NICKNAME + 1]; /* for a pupil */
 };
 

@@ -71,7 +71,7 @@ double api_table_numbers(const struct api_table *table, int first) {
     return numbers;
 }
 
-enum { COLUMN_TEXT = 48 }; /* most bytes of a column's name */
+enum { COLUMN_TEXT = 48 }; /* maximum bytes of a column's name */
 
 void api_table_columns(const struct api_table *table, char text[API_COLUMNS_TEXT]) {
     char *at = text;

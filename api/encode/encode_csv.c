@@ -7,7 +7,7 @@
 #include "api/encode/stats_text.h"
 #include "api/json/json_out.h"
 
-enum { CSV_NAME_BYTES = 56 }; /* most bytes of a header field */
+enum { CSV_NAME_BYTES = 56 }; /* maximum bytes of a header field */
 
 static double csv_bytes(const struct api_table *table) {
     double numbers = api_table_numbers(table, 0);

@@ -22,7 +22,7 @@
 enum {
     MEMBERS = API_COLUMNS + API_STATS + 1,
     HEAD_BYTES = 128, /* bytes of an array's header: the magic string and the description */
-    TEXT_CAP = 100    /* most characters of a statistic */
+    TEXT_CAP = 100    /* maximum number of characters of a statistic */
 };
 
 struct npz_writer {

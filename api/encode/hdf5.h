@@ -12,7 +12,7 @@ enum {
     API_HDF5_SUPERBLOCK = 48,
     API_HDF5_HEADER = 192, /* bytes of the header of an array */
     API_HDF5_AXES = 3,
-    API_HDF5_FAN = 64 /* most children of a B-tree node */
+    API_HDF5_FAN = 64 /* maximum number of children of a B-tree node */
 };
 
 #define API_HDF5_NOWHERE UINT64_MAX /* the undefined address */

@@ -4,7 +4,7 @@
  * Invariant: the result is an allowed name; a suggestion never makes a request acceptable. */
 #pragma once
 
-/* most fields in api_name_place */
+/* maximum number of fields in api_name_place */
 enum { API_NAME_PLACES = 40 };
 
 /**

@@ -10,7 +10,7 @@
 #include "api/base/problem.h"
 
 enum {
-    API_OEMBED_URL = 1000,   /* most characters of a requested link */
+    API_OEMBED_URL = 1000,   /* maximum number of characters of a requested link */
     API_OEMBED_LINK = 1200,  /* bytes of the frame's link with its NUL */
     API_OEMBED_WIDTH = 720,  /* default width, px */
     API_OEMBED_HEIGHT = 480, /* px */

@@ -8,8 +8,8 @@
 
 enum {
     API_SCENE_ID = 27,         /* bytes of an id with its NUL: 26 letters, 130 bits of a SHA-256 */
-    API_SCENE_TITLE = 200,     /* most characters of a title */
-    API_SCENE_VIEW = 16 * 1024 /* most bytes of a view in canonical form */
+    API_SCENE_TITLE = 200,     /* maximum number of characters of a title */
+    API_SCENE_VIEW = 16 * 1024 /* maximum bytes of a view in canonical form */
 };
 
 /**

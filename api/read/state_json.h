@@ -13,7 +13,7 @@ struct api_states {
     double *phi, *rate;         /* count x n: rad and rad/s */
     double *phi_low, *rate_low; /* count x n: the rounding errors of phi and rate */
     double *amplitude;          /* count: amplitudes of the modes, rad */
-    int *mode;                  /* count: numbers of the modes, from 1; 0 = given by its angles */
+    int *mode;                  /* count: mode that gives a state, from 1; 0 = angles give it */
     int mode_least, mode_most;  /* range of the modes that are still to be computed; 0 = none */
     double
         degrees; /* an angle in rad that looks like degrees, if the request has no unit; 0 = none */

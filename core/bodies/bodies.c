@@ -123,7 +123,7 @@ static void bodies_balance(const struct bodies_system *s) {
         double rough = M * (fabs(s->base_x[p]) + fabs(s->base_y[p])) +
                        (fabs(hx) + fabs(hy)) * (fabs(kr) + fabs(chi));
         if (BODIES_SURELY * rough > s->known[p]) continue;
-        // each term is >= 0 apart from the mass of the arm itself
+        // besides the arm's own mass all terms are >= 0, so the second bound only removes rounding
         double det = fmax(A * E - B * B, M * (A + E - M));
         double ax = (E * x - B * y) / det, ay = (A * y - B * x) / det;
         if (!(fabs(ax) + fabs(ay) < INFINITY)) continue;

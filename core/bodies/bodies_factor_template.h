@@ -66,7 +66,7 @@ static inline void bodies_cart_still(const struct bodies_system *s, int k) {
     s->turn_re[at] = s->turn_im[at] = num_of(0);
 }
 
-/* order k of the speed x'; the point p moves with the velocity i p x' */
+/* order k of the cart's speed x'; its velocity is i p x', p = point_x + i point_y of row 0 */
 VEC_INLINE num bodies_cart_speed(const struct bodies_system *s, int k) {
     return s->rate[bodies_row(s, 0) + (size_t)k * s->stride];
 }

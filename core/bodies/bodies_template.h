@@ -249,7 +249,7 @@ VEC_INLINE void bodies_tip_child(const struct bodies_system *s, int a, int k) {
     s->tip_y[up] = num_add(s->tip_y[up], num_fma(Z, x, num_mul(C, y)));
 }
 
-/* adds the forces of arms from a on to G of these arms and of their parents */
+/* adds the forces of the arms, beginning with arm a, to their own G and that of their parents */
 static inline void bodies_press(const struct bodies_system *s, size_t row, int a) {
     arms x = arms_get(s->reach_x + a), y = arms_get(s->reach_y + a);
     arms cx = arms_get(s->center_x + a), cy = arms_get(s->center_y + a);

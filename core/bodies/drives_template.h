@@ -287,7 +287,7 @@ static inline void bodies_load(const struct bodies_system *s, const struct bodie
 
 /* ---- power */
 
-/* most orders of a series whose power is computed */
+/* maximum number of orders of a series whose power is computed */
 enum { BODIES_ORDERS = 48 };
 
 /* Order k of sum m |v|^2 over the masses of an arm, for the arms from a on: half the power of drag

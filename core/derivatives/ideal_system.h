@@ -17,11 +17,11 @@ enum { IDEAL_PITCH = 2 * IDEAL_DENSE };
  * ideal_place(known, k, j), in tiles of eight arms; coefficients beyond the order are 0. */
 struct ideal_known {
     int n, order;
-    int masses;                      /* some parameter is a mass */
-    size_t tile;                     /* numbers in a tile of eight arms */
-    double *rate;                    /* series of the rates per unit of time, orders 0 .. order; set
-                                      * by the caller, as is `force` */
-    double *force;                   /* series of the forces, orders -1, which is 0, .. order - 1 */
+    int masses;    /* some parameter is a mass */
+    size_t tile;   /* numbers in a tile of eight arms */
+    double *rate;  /* series of the rates per unit of time, orders 0 .. order; set
+                    * by the caller, as is `force` */
+    double *force; /* series of the forces, orders -1 .. order - 1; order -1 is 0 */
     const double *kept_re, *kept_im; /* rotation factors stored by the motion of a small tree;
                                       * otherwise NULL */
     /* series of e^{i (phi - phi_0)}, to order + 1 */
@@ -74,7 +74,7 @@ struct ideal_group {
     double *length, *mass;                       /* derivatives of lengths, relative to the lengths,
                                                   * and of masses */
     double *gravity;                             /* derivative of gravity; one row */
-    int pairs; /* a parameter of the group is friction, a spring or an inertia */
+    int pairs; /* true if the group varies friction, a spring or an inertia */
     double *inertia, *hold, *stiff, *torque; /* derivatives of the above and of constant torques,
                                               * which include springs with a varied rest angle */
     double *angle;                           /* series of phi, order 0 .. order + 1 */

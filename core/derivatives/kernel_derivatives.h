@@ -66,8 +66,8 @@ struct derivatives_kernel {
     void (*values)(const struct derivatives_pass *pass, double x,
                    const struct derivatives_view *view);
     /** Computes all other quantities of the view from its phi and rate; with `dynamics` also acc
-     * and force. time: s, in the request's time. Accelerations of tips and forces at joints require
-     * `dynamics`. O(n). */
+     * and force. time: s, on the time axis of the request. Accelerations of tips and forces at
+     * joints require `dynamics`. O(n). */
     void (*observe)(const struct derivatives_pass *pass, double time, int dynamics,
                     const struct derivatives_view *view);
 };

@@ -13,7 +13,7 @@ enum {
     FIRST = DERIVATIVES_FIRST,
     PASS = DERIVATIVES_PASS,
     STAGES = RADAU_STAGES,
-    ITERATIONS = 17 /* most iterations of Newton's method */
+    ITERATIONS = 17 /* maximum number of iterations of Newton's method */
 };
 
 const struct derivatives_kernel *pend_kernel_derivatives(void) {

@@ -10,8 +10,8 @@
 #include "core/integrate/events/event_search.h"
 #include "core/taylor/jets_system.h"
 
-/* most steps of a member between two samples of its controllers: an unstable member may rotate ever
- * faster */
+/* maximum number of steps of a member between two samples of its controllers: an unstable member
+ * may rotate ever faster */
 enum { ENSEMBLE_SAMPLE_STEPS = 200 };
 
 /* The member in a lane. */

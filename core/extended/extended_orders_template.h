@@ -7,7 +7,7 @@
 #include "core/extended/extended_known_template.h"
 #include "core/taylor/jets_template.h"
 
-enum { DENSE_MAX = 4 /* most arms of a tree whose orders are solved by an inverse */ };
+enum { DENSE_MAX = 4 /* maximum number of arms of a tree whose orders are solved by an inverse */ };
 
 /* 1 / (j + 1) to all digits, from its high part */
 VEC_INLINE num extended_share(const double share[], int j) {

@@ -119,7 +119,7 @@ static void extended_bodies(const struct extended_motion *motion, const struct j
 
 /* ---- the step */
 
-/* phi and unit times phi', minus their start values, x units after the start, by Horner's rule */
+/* changes of phi and of unit phi' from the start of a step to x units later, by Horner's rule */
 struct extended_change {
     num phi, rate;
 };

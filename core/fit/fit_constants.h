@@ -29,14 +29,14 @@ enum { FIT_STIFF_STEPS = 200000 };
 /* Expected motions of all rows per unknown, counting six more unknowns than there are.
  * [fits_of_synthetic_data_are_within_three_standard_errors] */
 enum { FIT_MOTIONS = 2 };
-/* A motion that explains less than this fraction does not follow the data. Unit: of the squares.
- * [fits_say_by_how_much_wanted_frequencies_cannot_be_had] */
+/* A motion that explains less than this fraction does not follow the data. Unit: the sum of
+ * squares. [fits_say_by_how_much_wanted_frequencies_cannot_be_had] */
 static const double fit_explained = 0.9;
 /* A motion that explains more than this fraction follows the data without further tests. Unit: of
  * the squares. [fits_of_synthetic_data_are_within_three_standard_errors] */
 static const double fit_clear = 0.99;
 /* A remaining sum of squares below this is rounding: the fit is exact. A search that restarts in a
- * curved valley goes on to this. Unit: of the squares. [small_steps_are_negligible] */
+ * curved valley goes on to this. Unit: the sum of squares. [small_steps_are_negligible] */
 static const double fit_exact = 1e-12;
 /* A mean residual above this is not noise. Unit: sigma.
  * [fits_of_synthetic_data_are_within_three_standard_errors] */
@@ -53,7 +53,7 @@ enum { FIT_BENDS = 16 };
 /* An unknown that moved farther has diverged. Unit: its start. [unknowns_far_away_are_reported] */
 static const double fit_away = 1e6;
 /* Predicted decrease by one more step that is negligible at a minimum; fit_step is the second
- * limit. A curvature below this makes no minimum. Unit: of the squares.
+ * limit. A curvature below this makes no minimum. Unit: the sum of squares.
  * [searches_in_a_curved_valley_go_on_to_its_lowest_place] */
 static const double fit_minimum = 1e-6;
 /* Second limit of the predicted decrease, squared standard errors. [small_steps_are_negligible] */

@@ -32,7 +32,7 @@ struct fit_pieces {
     const struct pend_fit_problem *problem;
     int count, unknowns, round, here;
     struct piece piece[FIT_PIECES];
-    double *x; /* inner numbers of the unknowns, then phi and rate at every join, stored order */
+    double *x; /* unknowns in unbounded form, then phi and rate at every join, stored order */
     double omega, sigma; /* rad/s, frequency of a swing; rad, standard deviation of the data */
     gsl_multifit_nlinear_workspace *work;
     gsl_multifit_nlinear_fdf fdf;

@@ -111,8 +111,8 @@ struct pend_fit_problem {
     const double *knee; /* for each column, the residual above which the loss is below the square; 0
                          * = none; NULL = none for all columns */
     double rtol;        /* tolerance of the motion, as for the taylor method */
-    int iterations;     /* most iterations, >= 1 */
-    long step_cap;      /* most steps of a motion, 0 = no limit; lowered for ordinary motions */
+    int iterations;     /* maximum number of iterations, >= 1 */
+    long step_cap;      /* maximum steps of a motion, 0 = no limit; lowered for ordinary motions */
 };
 
 /** Returns the typical size of a quantity in a motion of about a radian, in the data's unit. scale:

@@ -110,8 +110,8 @@ enum pend_status pend_fit_state_tell(const struct pend_fit *fit, struct fit_told
     return PEND_OK;
 }
 
-/* the covariance with the `held` unknowns fixed; returns the number of null directions, not
- * counting those of fixed unknowns */
+/* Computes the covariance with the `held` unknowns fixed. untold: out, the number of null
+ * directions among the others. */
 static enum pend_status state_covariance(struct pend_fit *fit, int *untold) {
     struct fit_told told;
     enum pend_status status = pend_fit_state_tell(fit, &told);

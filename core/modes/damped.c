@@ -28,7 +28,7 @@ static void damped_form(const struct linear_arms *arms, int drag, double out[]) 
     }
 }
 
-/* adds a torque in the joints: `strength` per radian of the angle relative to the holding arm */
+/* adds the torque of joint k: `strength` per radian of arm k relative to the arm that holds it */
 static void damped_joint(const struct linear_arms *arms, size_t k, double strength, double out[]) {
     size_t n = (size_t)arms->n;
     out[k * n + k] += strength;

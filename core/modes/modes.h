@@ -22,7 +22,7 @@ struct pend_modes_request {
     struct pend_loads loads; /* gravity and other loads; gravity > 0 */
     int vectors;             /* non-zero to compute the eigenvectors too */
     enum pend_normalize normalize;
-    enum pend_select select; /* in ascending order of signed omega^2, with growing modes first */
+    enum pend_select select; /* which modes; sorted by ascending signed omega^2: growing first */
     int count; /* for SLOWEST and FASTEST the number of modes; for NUMBERS the number of modes from
                 * `first` on */
     int first; /* for NUMBERS: number of the first mode, from 0 */

@@ -176,7 +176,7 @@ static int symmetry_parts(struct finder *f, int place[], int at[]) {
     return 1;
 }
 
-/* the symmetry of a tree without like branches: one part, in which arms keep their index */
+/* the symmetry of a tree without equal branches: one part, in which arms keep their index */
 static void symmetry_none(struct pend_symmetry *s) {
     s->part[0] = (struct pend_part){0, s->tree->n, 1, 0};
     s->part_count = 1;
@@ -188,7 +188,7 @@ static void symmetry_none(struct pend_symmetry *s) {
     }
 }
 
-/* allocates a symmetry without like branches or parts; NULL if memory is short */
+/* allocates an empty symmetry: no equal branches, no parts; NULL if memory is short */
 static struct pend_symmetry *symmetry_allocate(const struct pend_tree *tree, size_t bound) {
     size_t n = (size_t)tree->n;
     struct pend_symmetry *s = malloc(sizeof *s);

@@ -34,7 +34,7 @@ struct pend_still {
     struct still_form *form;
 };
 
-/* sets g plus the springs of all joints in which an arm turns; a spring relative to the ground
+/* computes, for each arm, g plus the springs of all its joints; a spring relative to the ground
  * belongs to one arm only */
 static void still_fill(struct pend_still *s, const struct pend_loads *loads) {
     double pull[2];

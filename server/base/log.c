@@ -18,13 +18,13 @@
 #include "server/base/condition.h"
 
 enum {
-    LOG_BYTES = 1 << 20,    /* most bytes of waiting lines per stream */
+    LOG_BYTES = 1 << 20,    /* maximum bytes of waiting lines per stream */
     LOG_PIECE = 4096,       /* bytes per write; a writable pipe accepts them without blocking
                              * (PIPE_BUF) */
     LOG_FILE = 1 << 17,     /* bytes per write to a file, which never blocks */
     LOG_NAP_MS = 20,        /* lines that arrive within this time are written together */
     LOG_PATIENCE_MS = 1000, /* longest wait for a reader when the log ends */
-    LOG_TEXT = 1024         /* most bytes of a message */
+    LOG_TEXT = 1024         /* maximum bytes of a message */
 };
 
 /* Lines wait in `filling`; the thread swaps it with `writing` and writes that without the lock. */

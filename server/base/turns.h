@@ -7,7 +7,7 @@
 
 #include "server/base/list.h"
 
-enum { SRV_TURNS_ROW = 8 /* most consecutive turns of a road */ };
+enum { SRV_TURNS_ROW = 8 /* maximum number of consecutive turns of a road */ };
 
 /* The roads that wait. Initialized as {0}. */
 struct srv_turns {

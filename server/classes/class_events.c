@@ -271,7 +271,7 @@ static void marks_gather(struct class_topic *look) {
     }
 }
 
-/* Compares a listener with the change number of its room that was just read. */
+/* Marks a listener that has not seen the change number of its classroom that was just read. */
 static void mark_tell(struct class_listener *at) {
     const struct class_room *room = at->seat->room;
     if (room->stored == SRV_STORED_NONE) at->ended = 1;

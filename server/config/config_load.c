@@ -371,7 +371,7 @@ static enum pend_status load_store_file(struct srv_config *config, struct pend_e
 enum pend_status srv_config_load(struct srv_config *config, int argc, char *const argv[],
                                  char *const environment[], struct pend_error *error) {
     PEND_TRY(load_defaults(config));
-    /* the file has the lowest priority, but the other places name it */
+    /* the file has the lowest priority, but its path comes from the environment or arguments */
     PEND_TRY(load_environment(config, environment, 1, error));
     PEND_TRY(load_arguments(config, argc, argv, 1, error));
     if (config->task != SRV_CONFIG_SERVE) return PEND_OK;

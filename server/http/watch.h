@@ -17,7 +17,7 @@ enum {
     SRV_WATCH_MOMENT_MS = 250, /* time for which a drain waits for a request that may be arriving */
     SRV_WATCH_LINGER_MS =
         2000, /* ms for which the bytes of a refused request are read and discarded */
-    SRV_WATCH_LINGERING = 1024 /* most connections that linger in this way */
+    SRV_WATCH_LINGERING = 1024 /* maximum number of connections that linger in this way */
 };
 
 /* The phases of a connection. */

@@ -14,7 +14,7 @@ enum {
     CLAIM_ASIDE_MS = 10000, /* longest wait of a part set aside for an idle worker */
     CLAIM_NEWS_US = 8000,   /* longest random wait per other worker, after a notification */
     CLAIM_REST_US = 20000,  /* as CLAIM_NEWS_US, after a claim that found few parts */
-    CLAIM_SPREAD_MOST = 64  /* most other workers that are counted */
+    CLAIM_SPREAD_MOST = 64  /* maximum number of other workers that are counted */
 };
 
 void srv_part_claim_init(struct srv_part_claim *claim, int64_t lease_us) {

@@ -28,7 +28,7 @@ struct srv_part_runner {
     struct srv_part_claim claim;
     int count;     /* slots */
     int gathered;  /* results that wait to be stored together */
-    int most_long; /* most long parts that are held at the same time */
+    int most_long; /* maximum number of long parts that are held at the same time */
     struct srv_part_slot slot[];
 };
 

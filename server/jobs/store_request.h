@@ -45,7 +45,7 @@ struct srv_store_request {
     /* for an erasure */
     const char *client; /* the client whose data are erased */
     int count;          /* rows erased by the last query */
-    int piece;          /* most rows per query */
+    int piece;          /* maximum number of rows per query */
 
     /* for a scene */
     struct api_buffer scene; /* the scene to store */

@@ -14,7 +14,7 @@ enum {
     SRV_KEY_TOKEN = 43, /* bytes of a key: pdk_, 32 letters with 160 bits, 6 check digits, NUL */
     SRV_KEY_ID = 8,     /* digits of the digest that identify a key for people */
     SRV_KEYS_MOST = 4096,
-    SRV_KEYS_BYTES = 2 << 20, /* most bytes of a table as text */
+    SRV_KEYS_BYTES = 2 << 20, /* maximum bytes of a table as text */
     SRV_KEY_TIME = 24         /* bytes of an instant as text with its NUL */
 };
 

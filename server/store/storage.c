@@ -15,8 +15,8 @@ enum {
     MOST_TOGETHER = 128,
     SWEEP_MS = 1000,
     SWEEP_WORKERS = 8,
-    SWEEP_SHARE = 20, /* a sweep that finds nothing takes 1/20 of the time at most, */
-    SWEEP_REST = 10,  /* and the next one comes after this many seconds at most */
+    SWEEP_SHARE = 20, /* after a sweep without a find: a pause of 20 times its time, */
+    SWEEP_REST = 10,  /* but at most this many seconds */
     RING_MS = 10, /* ms: least time between two notifications by a process; for those of work, this
                    * times the number of workers */
     RING_WAKES = 300,

@@ -18,9 +18,9 @@ enum {
     SRV_TITLE_BYTES = 128,        /* title of a job */
     SRV_VERSION_BYTES = 48,       /* version of the program that accepted a job */
     SRV_CHUNK_BYTES = 256 * 1024, /* a piece of a part's result; only the last is shorter */
-    SRV_CLAIMS = 64,              /* most parts per claim; several only if all of them are small */
-    SRV_SMALL_US = 5000,          /* most us of a small part, by its estimate */
-    SRV_CLAIM_US = 20000,         /* most us of all small parts of a claim */
+    SRV_CLAIMS = 64, /* maximum number of parts per claim; several only if all of them are small */
+    SRV_SMALL_US = 5000,    /* maximum us of a small part, by its estimate */
+    SRV_CLAIM_US = 20000,   /* maximum us of all small parts of a claim */
     SRV_ROW_BYTES = 1024,   /* bytes counted for a job or scene besides its request and results */
     SRV_PART_BYTES = 256,   /* bytes counted for each part of a job after the first */
     SRV_LIST_LOOKED = 1000, /* jobs that one call of a list examines */
@@ -46,18 +46,18 @@ enum srv_job_state {
 /* Quotas and times of a store; the same in all processes that share it. */
 struct srv_store_rules {
     int role;                          /* roles of the process, SRV_SQL_ bits; 0 = unknown */
-    long client_jobs;                  /* most open jobs of one client */
-    long long client_bytes, all_bytes; /* most bytes for jobs, of one client and of all */
+    long client_jobs;                  /* maximum number of open jobs of one client */
+    long long client_bytes, all_bytes; /* maximum bytes for jobs, of one client and of all */
     int64_t keep_us;                   /* retention after a job's end, us */
-    long client_scenes;                /* most scenes of one client */
+    long client_scenes;                /* maximum number of scenes of one client */
     long long client_scene_bytes,
-        all_scene_bytes; /* most bytes of scenes, of one client and of all */
+        all_scene_bytes; /* maximum bytes of scenes, of one client and of all */
     /* Limits of an address or account, over all clients that come from it; 0 = none. */
-    long source_clients; /* most clients of one source that have jobs */
+    long source_clients; /* maximum number of clients of one source that have jobs */
     long source_jobs, source_scenes;
     long long source_bytes;
-    long classes, class_pupils; /* most rooms in all, most pupils of a room */
-    long long class_bytes;      /* most bytes of the items of a room */
+    long classes, class_pupils; /* maximum number of rooms in all, most pupils of a room */
+    long long class_bytes;      /* maximum bytes of the items of a room */
     struct srv_files *files;    /* where large results are stored; NULL = in the database */
 };
 
@@ -350,7 +350,7 @@ enum { SRV_ERASE_MOST = 32 };
  * Erases a batch of a client's jobs with their results; open jobs are dismissed first. Later sweeps
  * delete large results.
  *
- * most   jobs of the batch, at most SRV_ERASE_MOST; a full disk has space for few.
+ * most   maximum number of jobs of the batch, up to SRV_ERASE_MOST; a full disk has space for few.
  * count  out: jobs that were erased; 0 when none is left.
  */
 enum srv_stored srv_store_erase_jobs(struct srv_store *store, const char *client, int most,
@@ -358,7 +358,7 @@ enum srv_stored srv_store_erase_jobs(struct srv_store *store, const char *client
 
 /** Removes a client from a batch of its scenes, and deletes those that no other client stored.
  *
- * most   scenes of the batch.
+ * most   maximum number of scenes of the batch.
  * count  out: scenes removed; 0 when none is left. */
 enum srv_stored srv_store_erase_scenes(struct srv_store *store, const char *client, int most,
                                        int *count);

@@ -10,7 +10,7 @@
 enum {
     SRV_CLASS_NAME = 96,                /* bytes of an item's name with its NUL */
     SRV_CLASS_ITEM_BYTES = 128,         /* bytes counted for an item in addition to its body */
-    SRV_CLASS_PUPIL_BYTES = 128 * 1024, /* most bytes of a pupil's items */
+    SRV_CLASS_PUPIL_BYTES = 128 * 1024, /* maximum bytes of a pupil's items */
     SRV_CLASS_PAGE_BYTES = 64 * 1024,   /* bytes of items after which a page ends */
     SRV_CLASS_ALL = 0,                  /* a reader: everyone in the room */
     SRV_CLASS_TEACHER = -1 /* a reader: only the teacher; k > 0: the teacher and pupil k */
@@ -26,7 +26,7 @@ struct srv_class {
     int64_t bytes;           /* bytes counted for its items */
     int64_t empty_ends; /* expiry while no pupil has joined; 0 = it expires only at `ends`, because
                            a pupil has joined */
-    int64_t share;      /* most pupils of one address; 0 = the default */
+    int64_t share;      /* maximum number of pupils of one address; 0 = the default */
     char source[SRV_CLASS_SOURCE]; /* digest bits of the address that created the room */
     char near[SRV_CLASS_SOURCE];   /* digest bits of the address of the teacher's last write */
     int shut;                      /* closed for new pupils */
@@ -91,7 +91,7 @@ struct srv_class_new {
     const char *source;   /* digest bits of the teacher's address */
     int64_t span_us;      /* lifetime, us */
     int64_t empty_us;     /* lifetime while no pupil has joined, us; 0 = span_us */
-    long most, most_from; /* most rooms of the teacher, and of the address */
+    long most, most_from; /* maximum number of rooms of the teacher, and of the address */
 };
 
 /**

@@ -8,7 +8,7 @@
 
 #include "server/store/store_call.h"
 
-/* most parts that are deleted immediately when a job ends */
+/* maximum number of parts that are deleted immediately when a job ends */
 enum { SRV_FEW_PARTS = 16 };
 
 /** Reads a job by its id with a statement, within a call; its `flaw` may be set. SRV_STORED_NONE */

@@ -12,7 +12,7 @@
 #include "server/store/sql.h"
 
 enum {
-    SRV_TALLY_CLIENTS = 640, /* most clients per transaction */
+    SRV_TALLY_CLIENTS = 640, /* maximum number of clients per transaction */
     SRV_TALLY_PLACES = 64    /* rows of totals, so that processes rarely wait for the same row */
 };
 

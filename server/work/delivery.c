@@ -3,8 +3,8 @@
 #include "server/work/result.h"
 
 enum {
-    DELIVERY_SHARE = 1 << 23 /* most bytes of a response that are held while several exchanges wait
-                              * for it, or if it is nearly complete */
+    DELIVERY_SHARE = 1 << 23 /* maximum bytes of a response that are held while several exchanges
+                              * wait for it, or if it is nearly complete */
 };
 
 /* patience: seconds of computation after which a stream starts, whatever its size; soon: a response

@@ -4,7 +4,7 @@
 #include <string.h>
 
 enum {
-    RESULT_MOST_CODED = 1 << 30, /* most bytes of a response that is compressed in one piece */
+    RESULT_MOST_CODED = 1 << 30, /* maximum bytes of a response that is compressed in one piece */
     RESULT_DIGITS = 64           /* the hexadecimal digits of a digest */
 };
 

@@ -44,7 +44,7 @@ static const char usage[] =
     "                      your secret\n"
     "      --patience S    how long to retry a busy server (60)\n";
 
-/* numbers of the options with a value: letters, then long options, which index `text` */
+/* getopt codes of options with a value: letters, then long options; text[code - AS] */
 enum {
     LETTERS = 256,
     AS = LETTERS,

@@ -141,7 +141,7 @@ static int range_deliver(void *context, long i, const struct pend_outcome *outco
     const struct api_ensemble *e = range->ensemble;
     assert(i >= range->first && i < e->members.count);
     range->stats.finished++;
-    // the status of a row reports a number that is not finite
+    // rows before the first with a status, which reports a number that is not finite
     long rows = e->instants ? api_ensemble_rows(e) : 0, good = 0;
     while (good < rows && range_row(range, i, good)[1] == 0) good++;
     int bad = api_observables_end(&e->seen, &e->tree, outcome) != PEND_OK || good < rows;

@@ -14,8 +14,8 @@ static const char *const random_fields[] = {"count", "seed", "first", "draw", NU
 static const char *const member_fields[] = {"initial", "length", "mass", "gravity",
                                             "energy",  "set",    NULL};
 
-/* most paths tied to an axis; largest number of the first member, which must be exact as a
- * double */
+/* maximum number of paths tied to an axis; largest number of the first member, which must be exact
+ * as a double */
 enum { TIED_MOST = 64 };
 static const long first_most = (1l << 53) - (1l << 32);
 

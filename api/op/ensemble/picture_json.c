@@ -4,7 +4,7 @@
 
 static const char *const fields[] = {"of", "arm", "scale", NULL};
 
-enum { PIXELS_MOST = 16384 }; /* most pixels along one side */
+enum { PIXELS_MOST = 16384 }; /* maximum number of pixels along one side */
 
 /* observables that can be drawn; of these, those that suit a logarithmic scale: times and tiny
  * numbers */

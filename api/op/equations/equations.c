@@ -11,12 +11,12 @@
 #include "core/tree/rules.h"
 
 enum {
-    EQUATIONS_LISTED = 20,   /* most arms whose matrices and lists of formulas are written in
-                              * full */
+    EQUATIONS_LISTED = 20,   /* maximum number of arms whose matrices and lists of formulas are
+                              * written in full */
     EQUATIONS_LEFT_OUT = 10, /* numbers shown at the start of a longer list */
     EQUATIONS_LINE = 10,     /* numbers per line of a program */
-    EQUATIONS_MATRIX = 10,   /* most columns of pmatrix in amsmath */
-    EQUATIONS_SHORT = 2      /* most arms for which a row of (aaa) fits on a line */
+    EQUATIONS_MATRIX = 10,   /* maximum number of columns of pmatrix in amsmath */
+    EQUATIONS_SHORT = 2      /* maximum number of arms for which a row of (aaa) fits on a line */
 };
 
 enum index { ROW, COLUMN, HARMONIC, RULE, NOTHING };

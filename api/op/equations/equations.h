@@ -27,8 +27,8 @@
 #include "api/read/state_json.h"
 
 enum {
-    API_EQUATIONS_EXPLICIT = 8, /* most arms for which all entries are written out by default */
-    API_EQUATIONS_MOST = 20     /* most arms for which all entries can be written out */
+    API_EQUATIONS_EXPLICIT = 8, /* maximum number of arms whose entries are written by default */
+    API_EQUATIONS_MOST = 20 /* maximum number of arms for which all entries can be written out */
 };
 
 enum api_equations_form {

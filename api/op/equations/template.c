@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { TEMPLATE_TAG = 40 }; /* most bytes of a tag */
+enum { TEMPLATE_TAG = 40 }; /* maximum bytes of a tag */
 
 /* the first occurrence of a string within at .. end, or end; the text continues after end, or is
  * terminated by a NUL */

@@ -9,9 +9,9 @@
 #include "core/fit/fit.h"
 
 enum {
-    API_FIT_UNKNOWNS = 265, /* most unknowns, including those of the camera */
-    API_FIT_LISTED = 60, /* most unknowns in a request; an unknown of a start may stand for one in
-                          * every run */
+    API_FIT_UNKNOWNS = 265, /* maximum number of unknowns, including the camera's */
+    API_FIT_LISTED = 60, /* maximum number of unknowns in a request; an unknown of a start may stand
+                          * for one in every run */
     API_FIT_SERIES = 64,
     API_FIT_MODES = 30,
     API_FIT_RUNS = 32,

@@ -9,7 +9,7 @@ struct api_fit_part {
     long rows;
     int columns;
     double *t, *data, *each;
-    double *taken;             /* bytes of all runs so far, shared */
+    double *taken;             /* bytes of all runs read so far, one sum for all runs */
     char *advice;              /* likely mistakes in the tables of all runs, or "" */
     struct api_buffer *tables; /* JSON: the roles of the columns of all runs' tables */
     struct pend_fit_column column[API_FIT_SERIES];
@@ -33,7 +33,7 @@ PEND_MUST_CHECK enum pend_status api_fit_part_read(struct api_fit_part *part,
                                                    const struct api_value *data,
                                                    const struct api_reading *reading);
 
-/** Reads an array of counted modes into the columns from `first` on, each number in row 0.
+/** Reads an array of measured mode frequencies into the columns from `first` on, row 0.
  * O(modes). */
 void api_fit_read_modes(struct api_fit *fit, const struct api_value *list, int first,
                         struct api_problem *problem);

@@ -21,10 +21,12 @@
 #include "api/op/tree_write.h"
 #include "core/fit/fit.h"
 
-/* most further fits; each sets the knees of the loss from the residuals of the previous fit */
+/* maximum number of further fits; each sets the knees of the loss from the residuals of the
+ * previous fit */
 enum { FITS_SETTLED = 8 };
 
-/* most motions, and estimated s, that hints may cost beyond the motions of the fit itself */
+/* maximum number of motions, and estimated s, that hints may cost beyond the motions of the fit
+ * itself */
 enum { HINT_MOTIONS = 1800, HINT_SECONDS = 5 };
 
 enum { FITS_OUTLIERS = 50 };

@@ -24,7 +24,8 @@ enum scalar { MODE, OMEGA, FREQUENCY, PERIOD, GROWTH, AMPLITUDE, PHASE, RISING, 
 static const char *const scalar_names[] = {"mode",      "omega", "frequency", "period", "growth",
                                            "amplitude", "phase", "rising",    "falling"};
 
-/* most modes that are decomposed, or numbers that are written, before the clock is read */
+/* maximum number of modes that are decomposed, or numbers that are written, before the clock is
+ * read */
 enum { PIECE_MODES = 32, PIECE_NUMBERS = 8192 };
 
 /* relative difference of frequencies that count as equal, far above round-off */

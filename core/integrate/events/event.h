@@ -34,7 +34,7 @@ struct pend_event {
     int bound;      /* non-zero: the condition concerns the magnitude, level >= 0; up means away
                      * from 0 */
     unsigned ways;  /* flags of enum pend_way; up: the value grows as the integration proceeds */
-    long most;      /* most passages that are reported, >= 1 */
+    long most;      /* maximum number of passages that are reported, >= 1 */
     long stop;      /* number of the passage that ends the motion, from 1; 0 = none */
 };
 

@@ -8,7 +8,7 @@
 #include "core/integrate/events/event.h"
 #include "core/integrate/events/event_series.h"
 
-/* most hits of a condition with two bounds in a step */
+/* maximum number of hits of a condition with two bounds in a step */
 enum { EVENT_HITS = 2 * (PEND_ROOTS_DEGREE + 1) };
 
 /* The state of a condition between the steps of a motion. */

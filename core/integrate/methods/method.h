@@ -35,7 +35,7 @@ struct pend_problem {
     double rtol, atol; /* tolerances of the local error; 0 = the method's default */
     int atol_given;    /* non-zero: atol = 0 means 0, not the default */
     double step;       /* s, for fixed-step methods only; 0 = the method's choice */
-    long step_cap;     /* most steps of a run, 0 = no limit */
+    long step_cap;     /* maximum number of steps of a run, 0 = no limit */
     int no_turns;      /* non-zero: samples have angles without the whole turns of a huge start
                         * (turns.h) */
     double accuracy;   /* required accuracy of the samples, > 0: the run estimates up to when it

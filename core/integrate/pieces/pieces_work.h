@@ -8,9 +8,9 @@
 
 /* instants per block when the states of a contracted pendulum are expanded to all arms */
 enum { PIECES_ROWS = 16 };
-/* most consecutive pieces of zero length */
+/* maximum number of consecutive pieces of zero length */
 enum { PIECES_STALLED = 1000 };
-/* most steps between two samples of controllers */
+/* maximum number of steps between two samples of controllers */
 enum { PIECES_STEPS = 10000 };
 /* how a piece ended: at an instant known in advance, or at an event */
 enum { PIECES_KNOWN = 1, PIECES_EVENT };

@@ -22,7 +22,7 @@ struct pend_run {
     double start, end;            /* s: first instant; last instant, relative */
     double reached;               /* s, relative: the end of the last step */
     long next;                    /* index of the first instant without a sample */
-    int group;                    /* most instants in one group */
+    int group;                    /* maximum number of instants in one group */
     long listed_from;             /* index of the first instant in t */
     int listed;                   /* number of instants in t */
     int ordered;                  /* whether the stored order is the caller's order */

@@ -61,9 +61,9 @@ enum {
     RODS_NUMBERS = RODS_ROW_COUNT * CHAIN_ARMS
 };
 
-/* Numbers in row ENDS and the next: how a piece transmits values from before, whose transpose holds
- * for values from after; the effect of its first arm's force on the piece before; and the values
- * from before and from after, two each. */
+/* Offsets in row ENDS and the next. THROUGH: 2 x 2 matrix for values from the piece before; its
+ * transpose is for values from the piece after. BACK: effect of the first arm's force on the piece
+ * before. FROM_BEFORE, FROM_AFTER: the values, two each. */
 enum { RODS_THROUGH = 0, RODS_BACK = 4, RODS_FROM_BEFORE = 8, RODS_FROM_AFTER = 10 };
 
 struct rods {

@@ -142,7 +142,7 @@ VEC_INLINE void rods_learn(const struct jets_system *s, const struct rods *rods,
     }
 }
 
-/* solves order k, interleaved with half of the old terms of order `later` */
+/* solves order k; in between adds half of those terms of order `later` that lower orders give */
 VEC_INLINE void rods_solve(const struct jets_system *s, double gravity, int k, int later, int half,
                            int torques) {
     const struct rods *rods = s->rods;
