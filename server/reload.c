@@ -94,10 +94,9 @@ static int reload_tell(struct srv_log *log, const struct srv_config *now,
         if (may)
             srv_log_message(log, "reload: %s has a new value", row.name);
         else
-            srv_log_message(
-                log,
-                "reload: %s has another value now, which needs a restart: the old value is kept",
-                row.name);
+            srv_log_message(log,
+                            "reload: %s has changed, which needs a restart: the old value is kept",
+                            row.name);
     }
     return changed;
 }

@@ -117,7 +117,7 @@ static enum pend_status trials_read(void *state, const struct api_reading *readi
     trials_fit(trials);
     if (!problem->status && !isfinite(trials->slope))
         api_value_fault(&list, problem,
-                        API_CODE_WRONG_COUNT "needs trials with %s and different %s",
+                        API_CODE_WRONG_COUNT "needs trials with %s that differ in %s",
                         columns[trials->y], columns[trials->x]);
     return problem->status ? PEND_INVALID : PEND_OK;
 }

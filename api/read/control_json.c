@@ -218,7 +218,7 @@ static void read_joint(struct control_reading *r, const struct api_value *value)
     (void)api_field_truth(&on, &cart, r->problem);
     if (cart == both) {
         api_value_fault(value, r->problem,
-                        API_CODE_MISSING "must have a \"joint\" or \"cart\": true, and not both");
+                        API_CODE_MISSING "must have either \"joint\" or \"cart\": true, not both");
         return;
     }
     if (cart && !r->of->cart)

@@ -145,7 +145,7 @@ static void request_found(struct srv_store_request *asked, enum srv_stored store
         srv_store_request_refuse(asked, stored);
     } else if (!asked->request || !asked->request_bytes) {
         srv_exchange_problem(exchange, 409,
-                             API_TYPE_NO_RESULTS "the job's request is not stored: it is %s",
+                             API_TYPE_NO_RESULTS "the request is not stored: the job is %s",
                              srv_job_word(asked->job.state));
     } else if (api_buffer_add(&exchange->answer, asked->request, asked->request_bytes) != PEND_OK) {
         srv_exchange_busy(exchange, 1, "out of memory");

@@ -91,8 +91,8 @@ enum srv_stored srv_store_source(struct srv_store *store, const char *name, cons
                  rules->source_jobs);
     else if (rules->source_bytes && bytes > rules->source_bytes)
         snprintf(message, SRV_REQUEST_HEAD_BYTES,
-                 "the clients of your address store %lld bytes of jobs together, the limit by "
-                 "max-address-clients; DELETE jobs that are no longer needed",
+                 "the clients of your address store %lld bytes of jobs together, the limit that "
+                 "max-address-clients sets; DELETE jobs that are no longer needed",
                  rules->source_bytes);
     else
         return SRV_STORED;

@@ -88,8 +88,10 @@ static int compute_room(struct srv_work *work) {
     srv_metrics_count(room == SRV_ROOM_NONE ? &metrics->refused_held : &metrics->refused_share, 1);
     double share = srv_hold_share_of(srv_service_config(work->service), work->hold.payer);
     if (room == SRV_ROOM_NONE)
-        snprintf(detail, sizeof detail,
-                 "this takes about %zu bytes of memory, more than is free: max-held-bytes", bytes);
+        snprintf(
+            detail, sizeof detail,
+            "this takes about %zu bytes of memory, more than is free now (limit: max-held-bytes)",
+            bytes);
     else if (room == SRV_ROOM_CLIENT)
         snprintf(detail, sizeof detail,
                  "this takes about %zu bytes of memory, too much together with your other "

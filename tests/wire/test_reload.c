@@ -80,7 +80,7 @@ TEST(a_reload_puts_new_options_in_force_and_names_those_that_want_a_restart) {
     const char *log = test_server_log(house.server);
     CHECK(strstr(log, "reload: max-arms has a new value") &&
           strstr(log, "reload: cors-origins has a new value"));
-    CHECK(strstr(log, "reload: workers has another value now, which needs a restart"));
+    CHECK(strstr(log, "reload: workers has changed, which needs a restart"));
     /* and back to the defaults */
     house_write(&house, "cache-bytes = 0\nmax-arms = 1\n");
     REQUIRE(house_reload(&house, "reload: 3 options have changed", 2));

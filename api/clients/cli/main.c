@@ -405,7 +405,7 @@ int main(int argc, char *argv[]) {
     if (words < 0)
         cli_end(
             CLI_USAGE,
-            "the command must be run, modes, map, ask, jobs, get or cancel: see pendulum --help");
+            "a command is needed: run, modes, map, ask, jobs, get or cancel; see pendulum --help");
     while (i < COMMANDS && strcmp(word[0], commands[i].name)) i++;
     if (i == COMMANDS) mistaken(word[0]);
     if (words != commands[i].words)

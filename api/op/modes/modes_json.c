@@ -120,7 +120,7 @@ static void read_include(struct api_modes *modes, const struct api_value *value,
     if (api_value_count(value) && modes->tree.n > most)
         api_value_fault(value, problem,
                         API_CODE_LIMIT "matrices are returned for at most %.0f arms (%s), but this "
-                                       "pendulum has %d: leave it out",
+                                       "pendulum has %d: leave this field out",
                         most,
                         most < reading->limits->matrix_arms ? "of a real pendulum"
                                                             : "the limit max-matrix-arms",

@@ -83,8 +83,8 @@ void api_orbits_sentence(const struct pend_orbit_problem *p, const struct pend_o
         return;
     case PEND_ORBITS_MEETS:
         snprintf(text, API_WARNING_TEXT,
-                 "%s are orbits with a shorter period: 1/%d of it. They belong to another branch.",
-                 where, pend_orbits_part(search));
+                 "%s are orbits with 1/%d of this period. They belong to another branch.", where,
+                 pend_orbits_part(search));
         return;
     case PEND_ORBITS_WILD:
         snprintf(text, API_WARNING_TEXT,

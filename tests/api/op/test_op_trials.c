@@ -116,7 +116,7 @@ TEST(trials_that_tell_nothing_are_refused_and_two_points_have_no_error) {
         {"{\"trials\":[{\"length\":1,\"period\":1,\"amplitude\":4}]}", "/trials/0/amplitude",
          "3.14"},
         {"{\"law\":\"line\",\"trials\":[{\"length\":1,\"period\":2}]}", "/trials",
-         "different length"},
+         "differ in length"},
         {"{\"trials\":[{\"length\":1}]}", "/trials", "trials with period"},
         {"{\"x\":\"mass\",\"trials\":[{\"mass\":1,\"period\":2}]}", "/law", "length"},
         {"{\"law\":\"cubic\",\"trials\":[{\"length\":1,\"period\":2}]}", "/law", "line"},

@@ -89,13 +89,13 @@ export default {
     "Only the nickname that you choose. It need not be your real name. No account is created.",
   "class.kept.what.name": "What you do",
   "class.kept.what":
-    "The pendulum on your stage, your answers, whether you need help, are done or have left the page, and the times. Your teacher sees these; other pupils do not.",
+    "The pendulum on your stage, your answers, whether you need help, are done or have left the page, and when. Your teacher sees these; other pupils do not.",
   "class.kept.token.name": "How the room recognizes you",
   "class.kept.token":
     "By a random number that your browser generates for this room. The server stores only a hash of it, from which the number cannot be computed. There are no cookies.",
   "class.kept.not.name": "What is not stored",
   "class.kept.not":
-    "No real name, no email address, no account, and no device address in the room. The page contacts no other server.",
+    "No real name, no email address, no account, and no IP address with the classroom. The page contacts no other server.",
   "class.kept.passed.name": "Who else receives it",
   "class.kept.passed":
     "Nobody automatically. Your teacher can save all answers in a file and pass it on: as a table with nicknames, or for a learning platform (xAPI) with numbers instead of names. A worksheet embedded in another page reports your answers to that page, under a random number for each visit.",
@@ -294,7 +294,7 @@ export default {
   "sheet.pupil": "Pupil",
   "sheet.in": "handed in",
   "sheet.correct": "Correct",
-  "sheet.pace": "Available up to",
+  "sheet.pace": "Steps available",
   "sheet.pace.all": "all steps",
   "sheet.feedback": "Show correct answers",
   "sheet.feedback.at_once": "after each answer",
