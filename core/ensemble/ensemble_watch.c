@@ -192,7 +192,8 @@ static double watch_sense(const struct roots_path *path, double slack) {
     return 0;
 }
 
-/* skip a cart, whose position is not an angle */
+/* Records a change of sign. A force that reaches zero within rounding and returns to its side has
+ * not changed sign. */
 static void watch_sign(struct pend_ensemble *e, int i, int k, double part,
                        const struct roots_path *path) {
     int own = i * e->lanes.n + k, way = 0;

@@ -164,7 +164,7 @@ static void slot_answered(struct srv_part_slot *slot, enum srv_stored stored) {
     } else if (stored == SRV_STORED && asked == SRV_PART_SLOT_FILE) {
         slot_finish(slot);
     } else if (stored == SRV_STORED_FULL && stores) {
-        srv_part_run_say(&slot->run, "the disk of the store, or of its files, is full");
+        srv_part_run_say(&slot->run, "the store's disk is full, or that of its files");
         srv_part_slot_ask(slot, SRV_PART_SLOT_FAIL);
     } else if (stored == SRV_STORED_DAMAGED && asked == SRV_PART_SLOT_REQUEST) {
         srv_part_run_say(

@@ -110,7 +110,7 @@ static const struct {
      "\"transmissibility\"],\"omega\":{\"start\":0,\"stop\":9,\"count\":500}}",
      {"application/json", "text/csv", "application/octet-stream", "application/x-ndjson"}},
     {"/v1/orbits",
-     "{\"pendulum\":" ASK_DOUBLE ",\"mode\":1,\"amplitude\":1,\"branch\":true}",
+     "{\"pendulum\":" ASK_DOUBLE ",\"mode\":1,\"amplitude\":1,\"branch\":true,\"rows\":\"orbits\"}",
      {"application/json", "text/csv", "application/octet-stream", "application/x-ndjson"}},
     {"/v1/fits",
      "{\"pendulum\":" ASK_DOUBLE

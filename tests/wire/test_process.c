@@ -113,7 +113,7 @@ TEST(a_terminal_shows_messages_and_no_requests_unless_asked) {
         kill(child, SIGTERM);
         test_server_wait(server);
         const char *log = test_server_log(server);
-        CHECK_SAYING(strstr(log, "Ctrl-C ends it") != NULL, "%s", log);
+        CHECK_SAYING(strstr(log, "Ctrl-C stops it") != NULL, "%s", log);
         CHECK_SAYING(!strstr(log, "\"/healthz\"") == !wanted, "%s", log);
     }
 }

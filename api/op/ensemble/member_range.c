@@ -141,10 +141,11 @@ static int range_deliver(void *context, long i, const struct pend_outcome *outco
     const struct api_ensemble *e = range->ensemble;
     assert(i >= range->first && i < e->members.count);
     range->stats.finished++;
-    // rows before the first with a status, which reports a number that is not finite
-    long rows = e->instants ? api_ensemble_rows(e) : 0, good = 0;
+    int bad = api_observables_end(&e->seen, &e->tree, outcome) != PEND_OK;
+    // a member that reached its end may have rows with a status: their numbers are not finite
+    long rows = !bad && e->instants ? api_ensemble_rows(e) : 0, good = 0;
     while (good < rows && range_row(range, i, good)[1] == 0) good++;
-    int bad = api_observables_end(&e->seen, &e->tree, outcome) != PEND_OK || good < rows;
+    bad |= good < rows;
     range->stats.failed += bad;
     range->stats.steps += outcome->steps;
     range->stats.lost += !bad && fabs(outcome->horizon) < fabs(outcome->time);
