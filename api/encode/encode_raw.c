@@ -9,7 +9,7 @@
 #include "api/base/octets.h"
 
 void api_raw_head_put(char *at, enum api_raw kind, size_t bytes) {
-    assert(bytes <= UINT32_MAX && kind >= API_RAW_ROWS && kind <= API_RAW_JSON);
+    assert(bytes <= UINT32_MAX && kind >= API_RAW_ROWS && kind <= API_RAW_FILE);
     api_octets_whole(api_octets_whole(at, (uint64_t)kind, 4), bytes, 4);
 }
 

@@ -215,6 +215,7 @@ void test_server_stop(struct test_server **server) {
 }
 
 void test_server_drop(struct test_server **server) {
+    if (!*server) return;
     test_server_signal(*server, SIGKILL);
     test_server_wait(*server);
     server_free(*server);
