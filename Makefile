@@ -148,8 +148,8 @@ check: ## builds and runs every test; the last line counts them
 quick: ## while you work: the tests of core and api, and the rules that read text, within two minutes
 	@$(NEEDED) test
 	@$(CHECK) ROOMS='core api' ONLY='build-release release-core release-api layers layout measures mirror words docs'; $(COUNT)
-# four jobs more than there are processors: half of the time tests of the live server wait
-CHECK = rm -rf build/check; $(MAKE) --no-print-directory $(if $(PARALLEL),-j$(shell expr $(JOBS) + 4)) -f tests/harness/check.mk
+# three jobs more than there are processors: half of the time tests of the live server wait
+CHECK = rm -rf build/check; $(MAKE) --no-print-directory $(if $(PARALLEL),-j$(shell expr $(JOBS) + 3)) -f tests/harness/check.mk
 # all processors, unless whoever called make has said how many
 PARALLEL = $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(JOBS))
 COUNT = tests/harness/job.sh --sum
