@@ -57,9 +57,12 @@ static int faults_compute(struct srv_service *service, const struct test_request
     srv_compute_begin(&exchange);
     double until = test_clock() + TEST_PATIENCE;
     while (test_clock() < until && !faults_finished) test_sleep(0.0002);
-    *over = test_alloc_count() - before < n;
+    /* on a slow machine the answer is a stream, which its reader leaves */
+    int streamed = faults_finished && exchange.work;
+    if (streamed) srv_compute_leave(&exchange, SRV_STOP_LEFT);
+    *over = !streamed && test_alloc_count() - before < n;
     test_alloc_faults_off();
-    CHECK_INT(faults_finished, 1);
+    CHECK(faults_finished);
     return exchange.status;
 }
 
