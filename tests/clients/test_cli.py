@@ -106,7 +106,7 @@ def test_refusals(run, work, server):
     front.moods = [PAGE]
     check("cli: another server", "answers with a web page" in run("modes", "four.json", url=front.url, status=4))
     front.close()
-    for words, text in (((), "must be run, modes"), (("fruit",), "unknown command fruit"), (("run",), "run takes 1 argument, got 0"), (("ask", "modes"), "ask takes 2 arguments, got 1"), (("run", "four.json", "--fruit"), "see pendulum --help")):
+    for words, text in (((), "is needed: run, modes"), (("fruit",), "unknown command fruit"), (("run",), "run takes 1 argument, got 0"), (("ask", "modes"), "ask takes 2 arguments, got 1"), (("run", "four.json", "--fruit"), "see pendulum --help")):
         check(f"cli: usage of {words}", text in run(*words, status=2))
     for place in ((), ("--local",)):
         long = subprocess.Popen(["pendulum", "run", "double.json", "--t", "0:100:0.001", *place], cwd=work, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
